@@ -1,0 +1,1 @@
+"""Gear drivetrains as exudyn multibody systems, placed by geometry."""

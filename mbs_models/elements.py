@@ -1,0 +1,247 @@
+"""The few exudyn items a drivetrain is made of: bodies, bearings, mesh springs, torsion springs.
+
+Nothing here knows gears. Every spring carries the damper c = β k beside it and every inertia the
+damper α M to ground, so that the same element-wise damping reaches the linearised system and the
+time domain.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import exudyn as exu
+import numpy as np
+from exudyn.utilities import (
+    CoordinateConstraint,
+    CoordinateSpringDamper,
+    MarkerBodyRigid,
+    MarkerNodeCoordinate,
+    Node1D,
+    NodePointGround,
+    NodeRigidBody2D,
+    NodeRigidBodyRxyz,
+    ObjectGround,
+    ObjectRigidBody,
+    ObjectRotationalMass1D,
+    RigidBody2D,
+    RigidBodySpringDamper,
+    SpringDamper,
+)
+from numpy.typing import NDArray
+
+from .parameters import Damping
+
+Vector = NDArray[np.float64]
+ROTATION = {2: 2, 3: 5, 1: 0}  # coordinate of the rotation about the gear axis, by body dimension
+
+
+@dataclass(frozen=True)
+class RigidBody:
+    """A body in the system: its exudyn object and node, its centre and what kind of node it has."""
+
+    object_number: int
+    node_number: int
+    centre: Vector
+    dimension: int  # 3: NodeRigidBodyRxyz, 2: NodeRigidBody2D, 1: Node1D
+
+    @property
+    def rotation(self) -> int:
+        """Index of the rotation about the gear axis among the node's coordinates."""
+        return ROTATION[self.dimension]
+
+
+@dataclass(frozen=True)
+class Dof:
+    """A labelled DoF: the exudyn coordinates that move with it, per unit of the DoF.
+
+    ``components`` holds (node, coordinate of the node, factor). The transform between labels and
+    exudyn's global coordinates is made of these alone.
+    """
+
+    label: str
+    components: tuple[tuple[int, int, float], ...]
+
+
+@dataclass
+class Assembly:
+    """A multibody system being put together (the one mutable object; frozen by ``drivetrain``)."""
+
+    damping: Damping
+    container: Any = field(default_factory=exu.SystemContainer)
+    mbs: Any = field(init=False)
+    dofs: dict[str, Dof] = field(default_factory=dict)
+    derived: dict[str, tuple[str, float]] = field(default_factory=dict)
+    locked: list[tuple[int, int]] = field(default_factory=list)
+    _ground_object: int = field(init=False)
+    _ground_coordinate: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        exu.config.printToConsole = False
+        self.mbs = self.container.AddSystem()
+        self._ground_object = self.mbs.AddObject(ObjectGround())
+        ground_node = self.mbs.AddNode(NodePointGround())
+        self._ground_coordinate = self.mbs.AddMarker(
+            MarkerNodeCoordinate(nodeNumber=ground_node, coordinate=0)
+        )
+
+    def planar_body(self, centre: Vector, mass: float, inertia: float) -> RigidBody:
+        """A body moving in the plane of the gears (x, y, rotation)."""
+        node = self.mbs.AddNode(NodeRigidBody2D(referenceCoordinates=[centre[0], centre[1], 0.0]))
+        number = self.mbs.AddObject(RigidBody2D(mass=mass, inertia=inertia, nodeNumber=node))
+        body = RigidBody(number, node, centre, dimension=2)
+        self._mass_damping(body, (mass, mass, inertia))
+        return body
+
+    def rocking_body(
+        self, centre: Vector, mass: float, polar_inertia: float, diametral_inertia: float
+    ) -> RigidBody:
+        """A spatial body: y, z, rocking about y, rotation about z; x and its rotation locked."""
+        inertia = [diametral_inertia, diametral_inertia, polar_inertia]
+        node = self.mbs.AddNode(NodeRigidBodyRxyz(referenceCoordinates=[*centre, 0.0, 0.0, 0.0]))
+        number = self.mbs.AddObject(
+            ObjectRigidBody(mass=mass, inertia=[*inertia, 0.0, 0.0, 0.0], nodeNumber=node)
+        )
+        body = RigidBody(number, node, centre, dimension=3)
+        for coordinate in (0, 3):
+            self._lock(node, coordinate)
+        self._mass_damping(body, (mass, mass, mass, *inertia))
+        return body
+
+    def hub(self, inertia: float) -> RigidBody:
+        """A rotor with its rotation alone."""
+        node = self.mbs.AddNode(Node1D(referenceCoordinates=[0.0]))
+        number = self.mbs.AddObject(ObjectRotationalMass1D(inertia=inertia, nodeNumber=node))
+        body = RigidBody(number, node, np.zeros(3), dimension=1)
+        self._mass_damping(body, (inertia,))
+        return body
+
+    def bearing(
+        self,
+        body: RigidBody,
+        stiffness: Sequence[float],
+        *,
+        support: RigidBody | None = None,
+        axes: Vector | None = None,
+    ) -> None:
+        """Springs between a body's centre and the point of ``support`` (or ground) that lies there.
+
+        ``stiffness``: x, y, z (N/m) and, optionally, about x, y, z (N m/rad), along ``axes`` (3×3,
+        columns in global coordinates; default global), which turn with the support.
+        """
+        rotation = np.eye(3) if axes is None else axes
+        base = self._ground_object if support is None else support.object_number
+        at = body.centre if support is None else body.centre - support.centre
+        diagonal = np.zeros(6)
+        diagonal[: len(stiffness)] = stiffness
+        markers = [
+            self._marker(base, at, rotation),
+            self._marker(body.object_number, np.zeros(3), rotation),
+        ]
+        self.mbs.AddObject(
+            RigidBodySpringDamper(
+                markerNumbers=markers,
+                stiffness=np.diag(diagonal),
+                damping=self.damping.stiffness_proportional * np.diag(diagonal),
+                # The intrinsic formulation is for large relative rotations about any axis; here the
+                # support's axes are the bearing's, as they are in the shaft.
+                useIntrinsicFormulation=False,
+            )
+        )
+
+    def mesh_spring(
+        self,
+        first: RigidBody,
+        first_point: Vector,
+        second: RigidBody,
+        second_point: Vector,
+        stiffness: float,
+    ) -> None:
+        """A spring between two points of two bodies (each from its centre), unloaded as placed."""
+        length = np.linalg.norm((second.centre + second_point) - (first.centre + first_point))
+        markers = [
+            self._marker(first.object_number, first_point, np.eye(3)),
+            self._marker(second.object_number, second_point, np.eye(3)),
+        ]
+        self.mbs.AddObject(
+            SpringDamper(
+                markerNumbers=markers,
+                referenceLength=float(length),
+                stiffness=stiffness,
+                damping=self.damping.stiffness_proportional * stiffness,
+            )
+        )
+
+    def torsion_spring(
+        self, body: RigidBody, stiffness: float, other: RigidBody | None = None
+    ) -> None:
+        """A torsion spring (N m/rad) between the rotations of a body and of another, or ground."""
+        self._coordinate_spring(body, body.rotation, stiffness, other)
+
+    def weld_rotation(self, body: RigidBody, other: RigidBody) -> None:
+        """Make two bodies on one axis turn as one."""
+        markers = [self._coordinate_marker(b.node_number, b.rotation) for b in (body, other)]
+        self.mbs.AddObject(CoordinateConstraint(markerNumbers=markers))
+
+    def add_dof(self, label: str, *components: tuple[RigidBody, int, float]) -> None:
+        """Name a DoF by the coordinates (body, coordinate, factor) that move with it."""
+        self.dofs[label] = Dof(
+            label, tuple((body.node_number, index, factor) for body, index, factor in components)
+        )
+
+    def derive_dof(self, label: str, master: str, factor: float) -> None:
+        """Make DoF ``label`` follow: its value is ``factor`` times that of ``master``."""
+        if master in self.derived:
+            master, inner = self.derived[master]
+            factor *= inner
+        slave, base = self.dofs.pop(label), self.dofs[master]
+        moved = tuple((node, index, value * factor) for node, index, value in slave.components)
+        self.dofs[master] = Dof(master, base.components + moved)
+        self.derived[label] = (master, factor)
+
+    def _marker(self, number: int, position: Vector, axes: Vector) -> int:
+        frame = np.eye(4)
+        frame[:3, :3] = axes
+        frame[:3, 3] = position
+        marker: int = self.mbs.AddMarker(MarkerBodyRigid(bodyNumber=number, localHT=frame))
+        return marker
+
+    def _coordinate_marker(self, node: int, coordinate: int) -> int:
+        marker: int = self.mbs.AddMarker(
+            MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate)
+        )
+        return marker
+
+    def _coordinate_spring(
+        self, body: RigidBody, coordinate: int, stiffness: float, other: RigidBody | None
+    ) -> None:
+        base = (
+            self._ground_coordinate
+            if other is None
+            else self._coordinate_marker(other.node_number, other.rotation)
+        )
+        self.mbs.AddObject(
+            CoordinateSpringDamper(
+                markerNumbers=[base, self._coordinate_marker(body.node_number, coordinate)],
+                stiffness=stiffness,
+                damping=self.damping.stiffness_proportional * stiffness,
+            )
+        )
+
+    def _coordinate_damper(self, node: int, coordinate: int, damping: float) -> None:
+        markers = [self._ground_coordinate, self._coordinate_marker(node, coordinate)]
+        self.mbs.AddObject(
+            CoordinateSpringDamper(markerNumbers=markers, stiffness=0.0, damping=damping)
+        )
+
+    def _mass_damping(self, body: RigidBody, inertias: Sequence[float]) -> None:
+        alpha = self.damping.mass_proportional
+        if alpha > 0.0:
+            for coordinate, inertia in enumerate(inertias):
+                self._coordinate_damper(body.node_number, coordinate, alpha * inertia)
+
+    def _lock(self, node: int, coordinate: int) -> None:
+        markers = [self._ground_coordinate, self._coordinate_marker(node, coordinate)]
+        self.mbs.AddObject(CoordinateConstraint(markerNumbers=markers))
+        self.locked.append((node, coordinate))

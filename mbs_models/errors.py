@@ -1,0 +1,5 @@
+"""What can be wrong with a model."""
+
+
+class ModelError(ValueError):
+    """A model that cannot be used: one line with file, key, value and what is allowed."""

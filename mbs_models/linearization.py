@@ -1,0 +1,71 @@
+"""M, C and K of an exudyn system in labelled DoFs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import exudyn as exu
+import numpy as np
+from numpy.typing import NDArray
+
+from .drivetrain import MultibodySystem
+
+Matrix = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class LinearizedSystem:
+    """M q̈ + C q̇ + K q = f about the state as built (seed paper, Eq. 2).
+
+    Attributes
+    ----------
+    mass, damping, stiffness
+        (n, n) in kg, N s/m, N/m: rotations are carried as w = r·θ.
+    dofs
+        Labels of the rows.
+    derived
+        Further labels: label → (DoF, factor).
+    """
+
+    mass: Matrix
+    damping: Matrix
+    stiffness: Matrix
+    dofs: tuple[str, ...]
+    derived: Mapping[str, tuple[str, float]]
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """DoFs, then derived labels."""
+        return self.dofs + tuple(self.derived)
+
+
+def linearize(system: MultibodySystem) -> LinearizedSystem:
+    """Let exudyn linearise a system, and express it in the labelled DoFs: Tᵀ(M, C, K)T.
+
+    exudyn's own projection into the constraints' nullspace permutes coordinates; T keeps the
+    labels instead: locked coordinates have no column, welded ones share one.
+    """
+    mass, stiffness, damping = system.mbs.ComputeLinearizedSystem()
+    transform = coordinate_transform(system)
+
+    def in_labels(matrix: Matrix) -> Matrix:
+        return transform.T @ matrix @ transform
+
+    return LinearizedSystem(
+        mass=in_labels(mass),
+        damping=in_labels(damping),
+        stiffness=in_labels(stiffness),
+        dofs=tuple(dof.label for dof in system.dofs),
+        derived=system.derived,
+    )
+
+
+def coordinate_transform(system: MultibodySystem) -> Matrix:
+    """T, (exudyn coordinates × DoFs): the one place where labels meet exudyn's coordinates."""
+    n_coordinates = len(system.mbs.systemData.GetODE2Coordinates(exu.ConfigurationType.Initial))
+    transform = np.zeros((n_coordinates, len(system.dofs)))
+    for column, dof in enumerate(system.dofs):
+        for node, coordinate, factor in dof.components:
+            transform[system.mbs.GetNodeODE2Index(node) + coordinate, column] = factor
+    return transform

@@ -1,0 +1,117 @@
+"""Natural frequencies, damping and mode shapes: exudyn's own eigensolution."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .drivetrain import MultibodySystem, build_drivetrain, build_stage
+from .linearization import LinearizedSystem, coordinate_transform, linearize
+from .mode_kinds import Mode, Modes, StageStiffness, classify
+from .parameters import Drivetrain
+
+
+def drivetrain_modes(drivetrain: Drivetrain) -> Modes:
+    """Modes of the whole drivetrain from exudyn's eigensolution.
+
+    det(K − ω²M) = 0, and with damping det(K + sC + s²M) = 0; the latter's poles are told apart by
+    the former's shapes, which they share (the damping is proportional, element by element).
+    """
+    system = build_drivetrain(drivetrain)
+    linear = linearize(system)
+    eigenvalues, shapes = _undamped(system)
+    n_rigid = rigid_body_count(linear.stiffness)
+    round_off = len(eigenvalues) * np.finfo(float).eps * abs(eigenvalues[-1])
+    poles = _poles(system, linear, eigenvalues, shapes, n_rigid)
+    frequencies, ratios = _frequency_and_ratio(poles, n_rigid)
+
+    labelled = _with_derived(linear, shapes)
+    kinds, labelled = classify(
+        drivetrain, linear.labels, frequencies, labelled, n_rigid, stage_stiffness(drivetrain)
+    )
+    modes = tuple(
+        Mode(float(f), float(z), kind, shares, _frequency_error(f, round_off))
+        for f, z, (kind, shares) in zip(frequencies, ratios, kinds, strict=True)
+    )
+    return Modes(modes, linear.labels, labelled)
+
+
+def rigid_body_count(stiffness: NDArray[np.float64]) -> int:
+    """Dimension of the null space of K, scaled to a unit diagonal so that units do not matter."""
+    diagonal = np.sqrt(np.diag(stiffness))
+    scale = np.where(diagonal > 0.0, diagonal, 1.0)
+    singular_values = np.linalg.svd(stiffness / np.outer(scale, scale), compute_uv=False)
+    # Round-off of summing the springs leaves a few eps; a real mode as small as n·eps of the
+    # stiffest would be as unknown as its stiffness is.
+    return int(np.sum(singular_values <= 10.0 * len(stiffness) * np.finfo(float).eps))
+
+
+def stage_stiffness(drivetrain: Drivetrain) -> dict[str, StageStiffness]:
+    """Stiffness of every stage alone, its couplings taken off."""
+    bare = drivetrain.model_copy(update={"couplings": ()})
+    systems = {stage.name: linearize(build_stage(bare, stage.name)) for stage in bare.stages}
+    return {name: StageStiffness(s.dofs, s.stiffness) for name, s in systems.items()}
+
+
+def _undamped(system: MultibodySystem) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Eigenvalues ω² (ascending) and shapes in labelled DoFs."""
+    eigenvalues, vectors = system.mbs.ComputeODE2Eigenvalues(useAbsoluteValues=False)
+    transform = coordinate_transform(system)
+    # The columns of T do not overlap: each DoF is read off the coordinates it moves.
+    shapes = (transform.T @ vectors) / np.sum(transform**2, axis=0)[:, None]
+    return np.asarray(eigenvalues), shapes
+
+
+def _poles(
+    system: MultibodySystem,
+    linear: LinearizedSystem,
+    eigenvalues: NDArray[np.float64],
+    shapes: NDArray[np.float64],
+    n_rigid: int,
+) -> NDArray[np.complex128]:
+    """The two poles of each mode (n_mode, 2), from exudyn's complex eigensolution if damped."""
+    modal_mass = np.einsum("im,ij,jm->m", shapes, linear.mass, shapes)
+    modal_damping = np.einsum("im,ij,jm->m", shapes, linear.damping, shapes) / modal_mass
+    root = np.sqrt(modal_damping**2 / 4.0 - eigenvalues.astype(complex))
+    expected = np.stack([-modal_damping / 2.0 + root, -modal_damping / 2.0 - root], axis=1)
+    if not np.any(linear.damping):
+        return expected
+    found = np.asarray(
+        system.mbs.ComputeODE2Eigenvalues(computeComplexEigenvalues=True, useAbsoluteValues=False)[
+            0
+        ]
+    ).astype(complex)
+    poles = expected.copy()
+    for mode in range(len(eigenvalues) - 1, n_rigid - 1, -1):
+        for side in range(2):
+            nearest = int(np.argmin(np.abs(found - expected[mode, side])))
+            poles[mode, side] = found[nearest]
+            found = np.delete(found, nearest)
+    return poles
+
+
+def _frequency_and_ratio(
+    poles: NDArray[np.complex128], n_rigid: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """ω = √(s₁s₂) and ζ = −(s₁ + s₂)/2ω of each mode's pole pair; zero for rigid-body modes."""
+    omega = np.sqrt(np.abs(np.prod(poles, axis=1)))
+    omega[:n_rigid] = 0.0
+    decay = np.abs(poles.sum(axis=1).real) / 2.0
+    ratio = np.zeros_like(omega)
+    np.divide(decay, omega, out=ratio, where=omega > 0.0)
+    return omega / (2.0 * np.pi), ratio
+
+
+def _frequency_error(frequency: float, round_off: float) -> float:
+    """δf of an eigenvalue error δλ: δλ/(8π² f), or √δλ/2π near zero."""
+    at_zero = np.sqrt(round_off) / (2.0 * np.pi)
+    if frequency <= at_zero:
+        return float(at_zero)
+    return float(round_off / (8.0 * np.pi**2 * frequency))
+
+
+def _with_derived(linear: LinearizedSystem, shapes: NDArray[np.float64]) -> NDArray[np.float64]:
+    rows = [shapes]
+    for dof, factor in linear.derived.values():
+        rows.append(factor * shapes[[linear.dofs.index(dof)]])
+    return np.concatenate(rows)

@@ -1,0 +1,92 @@
+"""Bodies and springs of a parallel stage (Kahraman 1993; seed paper, Eqs. 4–9).
+
+In the stage's frame x is normal to the transverse line of action, y along it, z axial. The pinion
+stands at the origin. Deflection of the mesh, from the geometry below:
+
+    δ = cos β (w₁ − w₂ + y₁ − y₂) + sin β (z₁ − z₂ + ρ₁ − ρ₂)
+
+where w and ρ are what rotation and rocking move the gear's tangent point along y and z.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .elements import Assembly, RigidBody
+from .gear_geometry import Vector, centre_distance, external_mesh, radial
+from .parameters import ParallelGear, ParallelStage
+from .placement import Frame
+
+# Sign of the rotation about z that moves the tangent point along +y: pinion and wheel turn
+# against each other.
+SENSE = {"pinion": 1.0, "wheel": -1.0}
+
+
+def body_centres(stage: ParallelStage) -> dict[str, Vector]:
+    """Centres of the bodies in the stage's frame (m)."""
+    angle = math.radians(stage.pressure_angle)
+    distance = centre_distance(stage.pinion.base_radius, stage.wheel.base_radius, angle)
+    # Seen from the pinion the wheel stands at the pressure angle: so the line of action is y.
+    return {"pinion": np.zeros(3), "wheel": distance * radial(angle)}
+
+
+def add_parallel_stage(
+    assembly: Assembly, stage: ParallelStage, frame: Frame
+) -> dict[str, RigidBody]:
+    """Add a parallel stage to a system; returns its bodies by name.
+
+    Parameters
+    ----------
+    assembly
+        The system being put together.
+    stage
+        Its parameters.
+    frame
+        Where the stage stands and which way it faces.
+    """
+    centres = body_centres(stage)
+    bodies = {
+        name: _add_gear(assembly, stage.name, name, getattr(stage, name), centre, frame)
+        for name, centre in centres.items()
+    }
+    _add_mesh(assembly, stage, bodies, frame)
+    return bodies
+
+
+def _add_gear(
+    assembly: Assembly, stage: str, name: str, gear: ParallelGear, centre: Vector, frame: Frame
+) -> RigidBody:
+    r = gear.base_radius
+    body = assembly.rocking_body(
+        frame.point(centre), gear.mass, gear.rotary_mass(r) * r**2, gear.rocking_mass * r**2
+    )
+    rocking = gear.rocking_stiffness * r**2
+    assembly.bearing(body, (0.0, gear.bearing_y, gear.bearing_z, 0.0, rocking, 0.0))
+    sense = SENSE[name]
+    # The tangent point lies at x = ±r: rocking about +y moves it by −(±r) along z. The stage's
+    # z axis is the global one up to the facing; y is the axis the stage is turned about.
+    assembly.add_dof(f"{stage}.{name}.w", (body, body.rotation, frame.facing * sense / r))
+    assembly.add_dof(f"{stage}.{name}.y", (body, 1, 1.0))
+    assembly.add_dof(f"{stage}.{name}.z", (body, 2, frame.facing))
+    assembly.add_dof(f"{stage}.{name}.rho", (body, 4, -sense / r))
+    return body
+
+
+def _add_mesh(
+    assembly: Assembly, stage: ParallelStage, bodies: dict[str, RigidBody], frame: Frame
+) -> None:
+    alpha, beta = math.radians(stage.pressure_angle), math.radians(stage.helix_angle)
+    r_1, r_2 = stage.pinion.base_radius, stage.wheel.base_radius
+    line = external_mesh(r_1, r_2, alpha, angle=alpha)
+    # The tangent points lie r tan α before and behind the pitch point, which is in the mid-plane;
+    # the helix raises the line of action out of it.
+    rise = np.array([0.0, 0.0, math.tan(alpha) * math.tan(beta)])
+    assembly.mesh_spring(
+        bodies["pinion"],
+        frame.direction(line.first_point - r_1 * rise),
+        bodies["wheel"],
+        frame.direction(line.second_point + r_2 * rise),
+        stage.mesh_stiffness,
+    )
