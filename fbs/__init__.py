@@ -1,0 +1,71 @@
+"""Frequency-based substructuring: FRFs with named DoFs, their synthesis and their coupling.
+
+Conventions: SI; frequency in Hz; e^{+jwt}; H(w) = (K (1 + j eta) - w^2 M + jwC)^-1; FRF values have
+shape (n_frequency, n_response, n_excitation).
+"""
+
+from .condensation import (
+    block_dofs,
+    condense_blocked,
+    condense_dynamic_stiffness,
+    condense_free,
+)
+from .coupling import CoupledFrf, Joint, couple
+from .damped_modes import ComplexModes, complex_modes
+from .errors import (
+    AmbiguousDofError,
+    AxisMismatchError,
+    DefectiveModesError,
+    FbsError,
+    IndefiniteMassError,
+    IndefiniteStiffnessError,
+    JointError,
+    NonFiniteError,
+    QuantityMismatchError,
+    SingularLineError,
+    UnknownDofError,
+)
+from .frf import Frf, Quantity, frequency_axis
+from .modal_synthesis import Poles, modal_frf, poles
+from .modal_truncation import TruncatedModes, truncate
+from .second_order_system import SecondOrderSystem, direct_frf
+from .uff import UffError, read_uff, write_uff
+from .undamped_modes import RealModes, real_modes
+
+__all__ = [
+    "AmbiguousDofError",
+    "AxisMismatchError",
+    "ComplexModes",
+    "CoupledFrf",
+    "DefectiveModesError",
+    "FbsError",
+    "Frf",
+    "IndefiniteMassError",
+    "IndefiniteStiffnessError",
+    "Joint",
+    "JointError",
+    "NonFiniteError",
+    "Poles",
+    "Quantity",
+    "QuantityMismatchError",
+    "RealModes",
+    "SecondOrderSystem",
+    "SingularLineError",
+    "TruncatedModes",
+    "UffError",
+    "UnknownDofError",
+    "block_dofs",
+    "complex_modes",
+    "condense_blocked",
+    "condense_dynamic_stiffness",
+    "condense_free",
+    "couple",
+    "direct_frf",
+    "frequency_axis",
+    "modal_frf",
+    "poles",
+    "read_uff",
+    "real_modes",
+    "truncate",
+    "write_uff",
+]

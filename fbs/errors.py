@@ -1,0 +1,88 @@
+"""What can go wrong, each with a name of its own; all are `ValueError`."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+
+class FbsError(ValueError):
+    """Base of every error this package raises on purpose."""
+
+
+class AxisMismatchError(FbsError):
+    """Two frequency axes, or two sets of labels, that should be the same are not."""
+
+
+class UnknownDofError(FbsError):
+    """A label was asked for that is not there."""
+
+
+class AmbiguousDofError(FbsError):
+    """One label stands for two different degrees of freedom."""
+
+
+class QuantityMismatchError(FbsError):
+    """Receptance, mobility and accelerance were mixed, or cannot be converted."""
+
+
+class NonFiniteError(FbsError):
+    """An array holds NaN or infinity."""
+
+
+class JointError(FbsError):
+    """A joint that joins nothing, or that repeats what other rigid joints already do."""
+
+
+class IndefiniteStiffnessError(FbsError):
+    """The stiffness matrix is not symmetric positive semi-definite."""
+
+
+class IndefiniteMassError(FbsError):
+    """The mass matrix is not symmetric positive definite."""
+
+
+class DefectiveModesError(FbsError):
+    """The complex modes do not span the state space (critical damping, or nearly so)."""
+
+
+class SingularLineError(FbsError):
+    """No finite FRF exists, or none that is more than round-off, at some lines.
+
+    Attributes
+    ----------
+    frequencies : numpy.ndarray, shape (n,), Hz
+        All the lines concerned.
+    """
+
+    def __init__(self, frequencies: ArrayLike, reason: str, remedy: str) -> None:
+        self.frequencies = np.atleast_1d(np.asarray(frequencies, dtype=float))
+        self.reason = reason
+        self.remedy = remedy
+        count = self.frequencies.size
+        lines = f"{count} line{'s' if count != 1 else ''} ({first_few(self.frequencies)} Hz)"
+        super().__init__(f"{reason} at {lines}; {remedy}")
+
+    def __reduce__(self) -> tuple[type[SingularLineError], tuple[np.ndarray, str, str]]:
+        return type(self), (self.frequencies, self.reason, self.remedy)
+
+
+def first_few(values: Iterable[float], limit: int = 5) -> str:
+    """Write the first `limit` numbers, and dots if there are more."""
+    numbers = [f"{value:.10g}" for value in values]
+    return ", ".join(numbers[:limit]) + (", ..." if len(numbers) > limit else "")
+
+
+def unknown_dof(label: str, known: Sequence[str], where: str) -> UnknownDofError:
+    """Build the error for an unknown label; it names the nearest known ones."""
+    near = difflib.get_close_matches(label, known, n=3, cutoff=0.4)
+    hint = f"did you mean {' or '.join(map(repr, near))}?" if near else _listing(known)
+    return UnknownDofError(f"{where} has no degree of freedom {label!r}; {hint}")
+
+
+def _listing(known: Sequence[str]) -> str:
+    shown = ", ".join(known[:8]) + (", ..." if len(known) > 8 else "")
+    return f"it has {shown or 'none'}"

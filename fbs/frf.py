@@ -1,0 +1,279 @@
+"""Frequency response functions with named degrees of freedom."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+import numpy as np
+
+from ._checks import (
+    ComplexArray,
+    FloatArray,
+    ascending_frequency,
+    positions,
+    read_only,
+    unique_labels,
+)
+from .errors import (
+    AxisMismatchError,
+    FbsError,
+    NonFiniteError,
+    QuantityMismatchError,
+    unknown_dof,
+)
+
+
+class Quantity(StrEnum):
+    """What is divided by force: displacement, velocity or acceleration."""
+
+    RECEPTANCE = "receptance"
+    MOBILITY = "mobility"
+    ACCELERANCE = "accelerance"
+
+    @property
+    def derivative(self) -> int:
+        """Number of time derivatives of displacement: 0, 1 or 2."""
+        return tuple(Quantity).index(self)
+
+
+def as_quantity(quantity: Quantity | str) -> Quantity:
+    """Return the `Quantity` of that name.
+
+    Raises
+    ------
+    QuantityMismatchError
+        There is none.
+    """
+    try:
+        return Quantity(quantity)
+    except ValueError:
+        allowed = ", ".join(Quantity)
+        raise QuantityMismatchError(f"quantity {quantity!r} is none of {allowed}") from None
+
+
+@dataclass(frozen=True, eq=False)
+class Frf:
+    """H[k, i, j] = response i / force at excitation j, at frequency[k], for e^{+jwt}.
+
+    Parameters
+    ----------
+    frequency : array, shape (nf,), Hz
+        Strictly ascending, >= 0.
+    values : complex array, shape (nf, n_response, n_excitation)
+        m/N, m/(N s) or m/(N s^2), as `quantity` says. Any memory order is kept and never
+        copied; frequency-contiguous is the fast one.
+    responses, excitations : tuple of str
+        Labels of the degrees of freedom.
+    quantity : Quantity
+
+    Raises
+    ------
+    FbsError, NonFiniteError, AmbiguousDofError, QuantityMismatchError
+    """
+
+    frequency: FloatArray
+    values: ComplexArray
+    responses: tuple[str, ...]
+    excitations: tuple[str, ...]
+    quantity: Quantity = Quantity.RECEPTANCE
+
+    __array_ufunc__ = None  # so that numpy_scalar * frf comes to __rmul__
+
+    def __post_init__(self) -> None:
+        axis = ascending_frequency(self.frequency)
+        values = np.asarray(self.values, dtype=complex)
+        responses = unique_labels(self.responses, "the responses")
+        excitations = unique_labels(self.excitations, "the excitations")
+        expected = (axis.size, len(responses), len(excitations))
+        if values.shape != expected:
+            raise FbsError(
+                f"FRF values have shape {values.shape}; {expected[0]} lines, {expected[1]} "
+                f"responses and {expected[2]} excitations need {expected}"
+            )
+        _refuse_non_finite(axis, values, responses, excitations)
+        for name, value in (
+            ("frequency", read_only(axis)),
+            ("values", read_only(values)),
+            ("responses", responses),
+            ("excitations", excitations),
+            ("quantity", as_quantity(self.quantity)),
+        ):
+            object.__setattr__(self, name, value)
+
+    @property
+    def omega(self) -> FloatArray:
+        """Angular frequency, rad/s."""
+        return 2 * np.pi * self.frequency
+
+    def select(
+        self, responses: Iterable[str] | None = None, excitations: Iterable[str] | None = None
+    ) -> Frf:
+        """Return the part between the given labels, in the given order (None: all)."""
+        rows = self.responses if responses is None else tuple(responses)
+        columns = self.excitations if excitations is None else tuple(excitations)
+        i = positions(rows, self.responses, "the FRF's responses")
+        j = positions(columns, self.excitations, "the FRF's excitations")
+        # gathered with frequency last, so that the copy is frequency-contiguous
+        part = self.values.transpose(1, 2, 0)[np.ix_(i, j)].transpose(2, 0, 1)
+        return replace(self, values=part, responses=rows, excitations=columns)
+
+    def between(self, response: str, excitation: str) -> ComplexArray:
+        """Return H[:, response, excitation], shape (nf,)."""
+        i = positions([response], self.responses, "the FRF's responses")[0]
+        j = positions([excitation], self.excitations, "the FRF's excitations")[0]
+        return self.values[:, i, j]
+
+    def to(self, quantity: Quantity | str) -> Frf:
+        """Return the same FRF as another quantity: H (jw)^n, n derivatives further.
+
+        Raises
+        ------
+        QuantityMismatchError
+            Integrating (n < 0) is not possible at 0 Hz.
+        """
+        target = as_quantity(quantity)
+        order = target.derivative - self.quantity.derivative
+        if order == 0:
+            return self
+        if order < 0 and self.frequency[0] == 0:
+            raise QuantityMismatchError(
+                f"{self.quantity} cannot become {target} at 0 Hz (a division by zero); "
+                "leave that line out, e.g. with band"
+            )
+        factor = (1j * self.omega) ** order
+        return replace(self, values=self.values * factor[:, None, None], quantity=target)
+
+    def magnitude_db(self) -> FloatArray:
+        """Return 20 log10 |H|, dB re 1 unit; -inf where H is zero."""
+        with np.errstate(divide="ignore"):
+            decibel: FloatArray = 20 * np.log10(np.abs(self.values))
+        return decibel
+
+    def renamed(self, names: Mapping[str, str]) -> Frf:
+        """Return the same FRF with labels replaced: {old: new}."""
+        known = tuple(dict.fromkeys(self.responses + self.excitations))
+        for label in names:
+            if label not in known:
+                raise unknown_dof(label, known, "the FRF")
+        return replace(
+            self,
+            responses=tuple(names.get(label, label) for label in self.responses),
+            excitations=tuple(names.get(label, label) for label in self.excitations),
+        )
+
+    def band(self, fmin: float = 0.0, fmax: float = np.inf) -> Frf:
+        """Return the lines fmin <= f <= fmax (Hz)."""
+        first = int(np.searchsorted(self.frequency, fmin, side="left"))
+        last = int(np.searchsorted(self.frequency, fmax, side="right"))
+        if first >= last:
+            raise FbsError(
+                f"no line between {fmin:.10g} and {fmax:.10g} Hz; the axis runs from "
+                f"{self.frequency[0]:.10g} to {self.frequency[-1]:.10g} Hz"
+            )
+        return replace(self, frequency=self.frequency[first:last], values=self.values[first:last])
+
+    def __add__(self, other: Frf) -> Frf:
+        if not isinstance(other, Frf):
+            return NotImplemented
+        require_same_layout(self, other)
+        return replace(self, values=self.values + other.values)
+
+    def __sub__(self, other: Frf) -> Frf:
+        if not isinstance(other, Frf):
+            return NotImplemented
+        require_same_layout(self, other)
+        return replace(self, values=self.values - other.values)
+
+    def __neg__(self) -> Frf:
+        return replace(self, values=-self.values)
+
+    def __mul__(self, factor: complex) -> Frf:
+        if not np.isscalar(factor) or isinstance(factor, str):
+            return NotImplemented
+        return replace(self, values=self.values * complex(factor))
+
+    __rmul__ = __mul__
+
+
+def frequency_axis(fmin: float, fmax: float, df: float) -> FloatArray:
+    """Return f_k = k df from fmin to fmax, both included (Hz).
+
+    Every line is an exact multiple of df, rounded once. fmin and fmax must be multiples of df, to
+    a relative 1e-9: a smaller difference is the round-off of decimal input, not intent.
+
+    Raises
+    ------
+    FbsError
+        Not finite, df <= 0, fmin < 0, fmax < fmin, or limits that are no multiples of df.
+    """
+    if not np.isfinite([fmin, fmax, df]).all():
+        raise FbsError(f"fmin, fmax and df must be finite, got {fmin}, {fmax}, {df}")
+    if df <= 0:
+        raise FbsError(f"df must be positive, got {df:.10g} Hz")
+    if fmin < 0 or fmax < fmin:
+        raise FbsError(f"need 0 <= fmin <= fmax, got fmin {fmin:.10g} and fmax {fmax:.10g} Hz")
+    for name, limit in (("fmin", fmin), ("fmax", fmax)):
+        if abs(limit / df - round(limit / df)) > 1e-9 * max(1.0, limit / df):
+            raise FbsError(f"{name} = {limit:.10g} Hz is no multiple of df = {df:.10g} Hz")
+    first, last = round(fmin / df), round(fmax / df)
+    steps = np.arange(first, last + 1)
+    # dividing by the whole number of lines per Hz rounds once; 0.1 * 3 would round twice
+    per_hertz = round(1 / df)
+    if per_hertz and abs(per_hertz * df - 1) < 1e-12:
+        return np.asarray(steps / per_hertz)
+    return np.asarray(steps * df)
+
+
+def require_same_frequency(first: FloatArray, second: FloatArray, what: str) -> None:
+    """Refuse two frequency axes that differ, naming the first line that does.
+
+    Raises
+    ------
+    AxisMismatchError
+    """
+    if first.size != second.size:
+        raise AxisMismatchError(f"{what}: {first.size} lines against {second.size}")
+    differing = np.flatnonzero(first != second)
+    if differing.size:
+        line = int(differing[0])
+        raise AxisMismatchError(
+            f"{what}: line {line} is {first[line]:.12g} Hz in one and {second[line]:.12g} Hz "
+            "in the other"
+        )
+
+
+def require_same_layout(first: Frf, second: Frf) -> None:
+    """Refuse two FRFs of different quantity, axis or labels, naming the first difference.
+
+    Raises
+    ------
+    QuantityMismatchError, AxisMismatchError
+    """
+    if first.quantity != second.quantity:
+        raise QuantityMismatchError(f"{first.quantity} against {second.quantity}; convert with to")
+    require_same_frequency(first.frequency, second.frequency, "the frequency axes differ")
+    for what in ("responses", "excitations"):
+        one, other = getattr(first, what), getattr(second, what)
+        if len(one) != len(other):
+            raise AxisMismatchError(f"{len(one)} {what} against {len(other)}")
+        for position, (a, b) in enumerate(zip(one, other, strict=True)):
+            if a != b:
+                raise AxisMismatchError(f"the {what} differ at {position}: {a!r} against {b!r}")
+
+
+def _refuse_non_finite(
+    axis: FloatArray, values: ComplexArray, responses: tuple[str, ...], excitations: tuple[str, ...]
+) -> None:
+    with np.errstate(invalid="ignore", over="ignore"):
+        total = values.sum()
+    if np.isfinite(total):  # one pass without a mask; any NaN or infinity would have survived
+        return
+    wrong = np.argwhere(~np.isfinite(values))
+    if wrong.size:
+        k, i, j = wrong[0]
+        raise NonFiniteError(
+            f"the FRF from {excitations[j]!r} to {responses[i]!r} is {values[k, i, j]} "
+            f"at {axis[k]:.10g} Hz ({len(wrong)} values in all)"
+        )
