@@ -8,12 +8,22 @@ from typing import Any
 import numpy as np
 
 from .elements import Assembly, Dof, RigidBody
-from .errors import ModelError
 from .gear_geometry import Vector
-from .parallel_stage import SENSE, add_parallel_stage, body_centres
-from .parameters import Coupling, Drivetrain, ParallelStage, PlanetaryStage
-from .placement import Frame
+from .parallel_stage import add_parallel_stage, body_centres
+from .parameters import DIRECTIONS, Coupling, Drivetrain, Inertia, ParallelStage, Part
+from .placement import (
+    Frame,
+    axes_facing,
+    facings,
+    neighbours,
+    rigid_end,
+    translation_ends,
+    turning,
+)
 from .planetary_stage import add_planetary_stage
+
+# The global axis along which each common direction lies: see `placement`.
+GLOBAL_AXIS = {DIRECTIONS["u"]: 1, DIRECTIONS["v"]: 0, DIRECTIONS["z"]: 2}
 
 
 @dataclass(frozen=True)
@@ -45,116 +55,132 @@ def build_drivetrain(drivetrain: Drivetrain) -> MultibodySystem:
     Raises
     ------
     ModelError
-        A loop of couplings asks a stage to face both ways, or a loop of rigid couplings leaves
-        nothing to turn.
+        A loop of rigid couplings ties bodies that are one already.
     """
-    frames = place_stages(drivetrain)
-    assembly = Assembly(drivetrain.damping)
-    bodies: dict[str, RigidBody] = {}
-    for stage in drivetrain.stages:
-        bodies |= _add_stage(assembly, stage, frames[stage.name])
+    train = _Train(drivetrain)
+    for part in drivetrain.parts:
+        train.add_part(part)
     for coupling in drivetrain.couplings:
-        _add_hub(assembly, drivetrain, coupling, bodies, frames, ends=coupling.ends, share=1.0)
-    return _finish(assembly)
+        train.add_hub(coupling, share=1.0)
+        train.add_translations(coupling)
+    return _finish(train.assembly)
 
 
 def build_stage(drivetrain: Drivetrain, name: str) -> MultibodySystem:
-    """Build one stage alone, with its half of every hub it is coupled by.
+    """Build one stage (or inertia) alone, with its half of every hub it is coupled by.
 
     The hub's half hangs on the stage's own spring of the coupling; ``<coupling>.w`` is the
-    interface DoF on both sides of the cut (seed paper, Eqs. 6 and 10).
+    interface DoF on both sides of the cut (seed paper, Eqs. 6 and 10). A massless hub is cut at its
+    rigid end: its spring is the joint, in neither of the two. Translations are joints too.
     """
-    frames = place_stages(drivetrain)
-    assembly = Assembly(drivetrain.damping)
-    bodies = _add_stage(assembly, drivetrain.stage(name), frames[name])
+    train = _Train(drivetrain)
+    train.add_part(drivetrain.part(name))
     for coupling in drivetrain.couplings:
-        ends = tuple(end for end in coupling.ends if end[0] in bodies)
-        if ends:
-            _add_hub(assembly, drivetrain, coupling, bodies, frames, ends=ends, share=0.5)
-    return _finish(assembly)
+        train.add_hub(coupling, share=0.5)
+    return _finish(train.assembly)
 
 
-def place_stages(drivetrain: Drivetrain) -> dict[str, Frame]:
-    """Where each stage stands, starting from the first: coupled bodies coaxial, turning alike."""
+def place_parts(drivetrain: Drivetrain) -> dict[str, Frame]:
+    """Where each part stands, starting from the first: coupled bodies coaxial, turning alike."""
+    facing = facings(drivetrain)
     frames: dict[str, Frame] = {}
-    for stage in drivetrain.stages:
-        if stage.name not in frames:
-            frames[stage.name] = Frame()
-            _place_neighbours(drivetrain, stage.name, frames)
+    for part in drivetrain.parts:
+        if part.name not in frames:
+            frames[part.name] = Frame(axes=axes_facing(part, facing[part.name]))
+            _place_neighbours(drivetrain, part.name, facing, frames)
     return frames
 
 
-def _place_neighbours(drivetrain: Drivetrain, placed: str, frames: dict[str, Frame]) -> None:
-    for coupling in drivetrain.couplings:
-        for here, there in (
-            (coupling.first, coupling.second),
-            (coupling.second, coupling.first),
-        ):
-            if here.partition(".")[0] != placed:
-                continue
-            name = there.partition(".")[0]
-            facing = frames[placed].facing * _sense(here) * _sense(there)
-            if name not in frames:
-                axis = frames[placed].point(_centre(drivetrain, here))
-                turned = Frame(facing=facing).direction(_centre(drivetrain, there))
-                frames[name] = Frame(axis - turned, facing)
-                _place_neighbours(drivetrain, name, frames)
-            elif frames[name].facing != facing:
-                raise ModelError(
-                    f"coupling '{coupling.name}' closes a loop in which '{name}' would have to "
-                    "turn both ways: the mechanism is locked"
-                )
-
-
-def _sense(body: str) -> float:
-    """Sign of w against counter-clockwise rotation, in the stage's own frame."""
-    return SENSE.get(body.partition(".")[2], 1.0)
+def _place_neighbours(
+    drivetrain: Drivetrain, placed: str, facing: dict[str, float], frames: dict[str, Frame]
+) -> None:
+    for here, there in neighbours(drivetrain, placed):
+        name = there.partition(".")[0]
+        if name not in frames:
+            axes = axes_facing(drivetrain.part(name), facing[name])
+            axis = frames[placed].point(_centre(drivetrain, here))
+            frames[name] = Frame(axis - axes @ _centre(drivetrain, there), axes)
+            _place_neighbours(drivetrain, name, facing, frames)
 
 
 def _centre(drivetrain: Drivetrain, body: str) -> Vector:
-    name, _, part = body.partition(".")
-    stage = drivetrain.stage(name)
-    return body_centres(stage)[part] if isinstance(stage, ParallelStage) else np.zeros(3)
+    """Centre of a body in its part's frame."""
+    name, _, member = body.partition(".")
+    part = drivetrain.part(name)
+    return body_centres(part)[member] if isinstance(part, ParallelStage) else np.zeros(3)
 
 
-def _add_stage(
-    assembly: Assembly, stage: ParallelStage | PlanetaryStage, frame: Frame
-) -> dict[str, RigidBody]:
-    if isinstance(stage, ParallelStage):
-        bodies = add_parallel_stage(assembly, stage, frame)
-    else:
-        bodies = add_planetary_stage(assembly, stage, frame)
-    return {f"{stage.name}.{name}": body for name, body in bodies.items()}
+class _Train:
+    """A drivetrain being put together."""
 
+    def __init__(self, drivetrain: Drivetrain) -> None:
+        self.drivetrain = drivetrain
+        self.facing = facings(drivetrain)
+        self.frames = place_parts(drivetrain)
+        self.assembly = Assembly(drivetrain.damping)
+        self.bodies: dict[str, RigidBody] = {}
 
-def _add_hub(
-    assembly: Assembly,
-    drivetrain: Drivetrain,
-    coupling: Coupling,
-    bodies: dict[str, RigidBody],
-    frames: dict[str, Frame],
-    *,
-    ends: tuple[tuple[str, Any], ...],
-    share: float,
-) -> None:
-    """Add a share of a hub, sprung or welded to the ``ends`` that are in the system."""
-    r = coupling.radius
-    hub = assembly.hub(share * coupling.hub_mass * r**2)
-    label = f"{coupling.name}.w"
-    body_name = ends[0][0]
-    turning = frames[body_name.partition(".")[0]].facing * _sense(body_name)
-    assembly.add_dof(label, (hub, hub.rotation, turning / r))
-    for body_name, stiffness in ends:
-        body = bodies[body_name]
-        if stiffness != "rigid":
-            assembly.torsion_spring(hub, stiffness * r**2, body)
-            continue
-        assembly.weld_rotation(body, hub)
-        ratio = r / drivetrain.radius(body_name)  # r·θ of the hub per r_body·θ of the body
-        if label in assembly.dofs:
-            assembly.derive_dof(label, f"{body_name}.w", ratio)
+    def add_part(self, part: Part) -> None:
+        """Add the bodies and springs of a stage or an inertia."""
+        frame = self.frames[part.name]
+        if isinstance(part, Inertia):
+            self._add_inertia(part)
+            return
+        if isinstance(part, ParallelStage):
+            bodies = add_parallel_stage(self.assembly, part, frame)
         else:
-            assembly.derive_dof(f"{body_name}.w", label, 1.0 / ratio)
+            bodies = add_planetary_stage(self.assembly, part, frame)
+        self.bodies |= {f"{part.name}.{name}": body for name, body in bodies.items()}
+
+    def _add_inertia(self, part: Inertia) -> None:
+        r = part.radius
+        body = self.assembly.hub(part.rotary_mass * r**2)
+        self.bodies[part.name] = body
+        turn = turning(self.facing, part.name)
+        self.assembly.add_dof(f"{part.name}.w", (body, body.rotation, turn / r))
+        self.assembly.torsion_spring(body, part.support_stiffness * r**2)
+
+    def add_hub(self, coupling: Coupling, share: float) -> None:
+        """Add a share of a hub, sprung or welded to the bodies that are in the system."""
+        ends = [end for end in coupling.ends if end[0] in self.bodies]
+        if coupling.massless and share < 1.0:
+            ends = [end for end in ends if end == rigid_end(coupling)]
+        if not ends:
+            return
+        r, label = coupling.radius, f"{coupling.name}.w"
+        turn = turning(self.facing, coupling.first)
+        hub = self.assembly.hub(share * coupling.hub_mass * r**2)
+        self.assembly.add_dof(label, (hub, hub.rotation, turn / r))
+        for name, stiffness in ends:
+            if stiffness == "rigid":
+                self._weld(coupling, hub, name)
+            else:
+                self.assembly.torsion_spring(hub, stiffness * r**2, self.bodies[name])
+
+    def _weld(self, coupling: Coupling, hub: RigidBody, name: str) -> None:
+        """Make hub and body one: their rotations are the same, their w as their radii."""
+        body, own, of_hub = self.bodies[name], f"{name}.w", f"{coupling.name}.w"
+        self.assembly.weld(body, body.rotation, hub, hub.rotation)
+        ratio = coupling.radius / self.drivetrain.radius(name)
+        ratio *= turning(self.facing, coupling.first) * turning(self.facing, name)
+        if of_hub in self.assembly.dofs:
+            self.assembly.derive_dof(of_hub, own, ratio)
+        else:
+            self.assembly.derive_dof(own, of_hub, 1.0 / ratio)
+
+    def add_translations(self, coupling: Coupling) -> None:
+        """Add the springs or welds between the translations of a coupling's two bodies."""
+        first, second = self.bodies[coupling.first], self.bodies[coupling.second]
+        for dof, spring in coupling.dofs.items():
+            axis = GLOBAL_AXIS[DIRECTIONS[dof]]
+            if spring.stiffness != "rigid":
+                self.assembly.translation_spring(
+                    first, second, axis, spring.stiffness, spring.damping
+                )
+                continue
+            self.assembly.weld(first, axis, second, axis)
+            leader, follower, sign = translation_ends(self.drivetrain, coupling, dof)
+            self.assembly.derive_dof(follower, leader, sign)
 
 
 def _finish(assembly: Assembly) -> MultibodySystem:

@@ -31,9 +31,11 @@ from exudyn.utilities import (
 )
 from numpy.typing import NDArray
 
+from .errors import ModelError
 from .parameters import Damping
 
 Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
 ROTATION = {2: 2, 3: 5, 1: 0}  # coordinate of the rotation about the gear axis, by body dimension
 
 
@@ -120,30 +122,28 @@ class Assembly:
     def bearing(
         self,
         body: RigidBody,
-        stiffness: Sequence[float],
+        stiffness: Matrix,
+        damping: Matrix,
         *,
         support: RigidBody | None = None,
-        axes: Vector | None = None,
+        axes: Matrix,
     ) -> None:
         """Springs between a body's centre and the point of ``support`` (or ground) that lies there.
 
-        ``stiffness``: x, y, z (N/m) and, optionally, about x, y, z (N m/rad), along ``axes`` (3×3,
-        columns in global coordinates; default global), which turn with the support.
+        ``stiffness`` and ``damping`` (6, 6) are along and about ``axes`` (3 × 3, columns in global
+        coordinates), which turn with the support.
         """
-        rotation = np.eye(3) if axes is None else axes
         base = self._ground_object if support is None else support.object_number
         at = body.centre if support is None else body.centre - support.centre
-        diagonal = np.zeros(6)
-        diagonal[: len(stiffness)] = stiffness
         markers = [
-            self._marker(base, at, rotation),
-            self._marker(body.object_number, np.zeros(3), rotation),
+            self._marker(base, at, axes),
+            self._marker(body.object_number, np.zeros(3), axes),
         ]
         self.mbs.AddObject(
             RigidBodySpringDamper(
                 markerNumbers=markers,
-                stiffness=np.diag(diagonal),
-                damping=self.damping.stiffness_proportional * np.diag(diagonal),
+                stiffness=stiffness,
+                damping=damping,
                 # The intrinsic formulation is for large relative rotations about any axis; here the
                 # support's axes are the bearing's, as they are in the shaft.
                 useIntrinsicFormulation=False,
@@ -177,11 +177,28 @@ class Assembly:
         self, body: RigidBody, stiffness: float, other: RigidBody | None = None
     ) -> None:
         """A torsion spring (N m/rad) between the rotations of a body and of another, or ground."""
-        self._coordinate_spring(body, body.rotation, stiffness, other)
+        ends = (body, body.rotation), (other, other.rotation) if other else None
+        self._coordinate_spring(*ends, stiffness, self.damping.stiffness_proportional * stiffness)
 
-    def weld_rotation(self, body: RigidBody, other: RigidBody) -> None:
-        """Make two bodies on one axis turn as one."""
-        markers = [self._coordinate_marker(b.node_number, b.rotation) for b in (body, other)]
+    def translation_spring(
+        self,
+        body: RigidBody,
+        other: RigidBody,
+        coordinate: int,
+        stiffness: float,
+        damping: float | None,
+    ) -> None:
+        """A spring along a global axis (0, 1, 2) between displacements of two coaxial bodies."""
+        own = self.damping.stiffness_proportional * stiffness
+        ends = (body, coordinate), (other, coordinate)
+        self._coordinate_spring(*ends, stiffness, own if damping is None else damping)
+
+    def weld(self, body: RigidBody, coordinate: int, other: RigidBody, of_other: int) -> None:
+        """Make a coordinate of one body follow that of another."""
+        markers = [
+            self._coordinate_marker(body.node_number, coordinate),
+            self._coordinate_marker(other.node_number, of_other),
+        ]
         self.mbs.AddObject(CoordinateConstraint(markerNumbers=markers))
 
     def add_dof(self, label: str, *components: tuple[RigidBody, int, float]) -> None:
@@ -191,14 +208,28 @@ class Assembly:
         )
 
     def derive_dof(self, label: str, master: str, factor: float) -> None:
-        """Make DoF ``label`` follow: its value is ``factor`` times that of ``master``."""
-        if master in self.derived:
-            master, inner = self.derived[master]
-            factor *= inner
-        slave, base = self.dofs.pop(label), self.dofs[master]
-        moved = tuple((node, index, value * factor) for node, index, value in slave.components)
-        self.dofs[master] = Dof(master, base.components + moved)
-        self.derived[label] = (master, factor)
+        """Make DoF ``label`` follow: its value is ``factor`` times that of ``master``.
+
+        Raises
+        ------
+        ModelError
+            They are one already: a loop of rigid couplings.
+        """
+        own, inner = self.derived.get(label, (label, 1.0))
+        leader, outer = self.derived.get(master, (master, 1.0))
+        if own == leader:
+            raise ModelError(
+                f"rigid couplings tie {label} and {master} twice: they close a loop without a "
+                "spring in it; give one of them a stiffness"
+            )
+        ratio = factor * outer / inner  # own = ratio·leader
+        followed, base = self.dofs.pop(own), self.dofs[leader]
+        moved = tuple((node, index, value * ratio) for node, index, value in followed.components)
+        self.dofs[leader] = Dof(leader, base.components + moved)
+        for other, (of, value) in self.derived.items():
+            if of == own:
+                self.derived[other] = (leader, value * ratio)
+        self.derived[own] = (leader, ratio)
 
     def _marker(self, number: int, position: Vector, axes: Vector) -> int:
         frame = np.eye(4)
@@ -214,18 +245,19 @@ class Assembly:
         return marker
 
     def _coordinate_spring(
-        self, body: RigidBody, coordinate: int, stiffness: float, other: RigidBody | None
+        self,
+        end: tuple[RigidBody, int],
+        other: tuple[RigidBody, int] | None,
+        stiffness: float,
+        damping: float,
     ) -> None:
-        base = (
-            self._ground_coordinate
-            if other is None
-            else self._coordinate_marker(other.node_number, other.rotation)
-        )
+        base = self._ground_coordinate
+        if other is not None:
+            base = self._coordinate_marker(other[0].node_number, other[1])
+        marker = self._coordinate_marker(end[0].node_number, end[1])
         self.mbs.AddObject(
             CoordinateSpringDamper(
-                markerNumbers=[base, self._coordinate_marker(body.node_number, coordinate)],
-                stiffness=stiffness,
-                damping=self.damping.stiffness_proportional * stiffness,
+                markerNumbers=[base, marker], stiffness=stiffness, damping=damping
             )
         )
 

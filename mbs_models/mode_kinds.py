@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .parameters import Coupling, Drivetrain, ParallelStage, PlanetaryStage
+from .placement import facings, translation_ends, turning
 
 Shapes = NDArray[Any]  # real or complex
 
@@ -105,9 +106,50 @@ class StageStiffness:
     stiffness: NDArray[np.float64]
 
 
+def match_poles(
+    found: NDArray[np.complex128], expected: NDArray[np.complex128]
+) -> NDArray[np.complex128]:
+    """Give every expected pole the nearest of those found, the largest first.
+
+    Parameters
+    ----------
+    found
+        (n,) rad/s, at least as many as expected.
+    expected
+        (n_mode, 2) rad/s, both poles of each mode.
+    """
+    poles = expected.copy()
+    for mode in range(len(expected) - 1, -1, -1):
+        for side in range(2):
+            nearest = int(np.argmin(np.abs(found - expected[mode, side])))
+            poles[mode, side] = found[nearest]
+            found = np.delete(found, nearest)
+    return poles
+
+
+def undamped_estimate(
+    eigenvalues: NDArray[np.float64], modal_damping: NDArray[np.float64]
+) -> NDArray[np.complex128]:
+    """Both poles −γ/2 ± √(γ²/4 − ω²) of each mode: exact if the damping is proportional."""
+    root = np.sqrt(modal_damping**2 / 4.0 - eigenvalues.astype(complex))
+    return np.stack([-modal_damping / 2.0 + root, -modal_damping / 2.0 - root], axis=1)
+
+
+def frequency_and_ratio(
+    poles: NDArray[np.complex128], n_rigid: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Frequency √(s₁s₂)/2π (Hz) and ζ = −(s₁ + s₂)/2ω of each pole pair; zero if rigid-body."""
+    omega = np.sqrt(np.abs(np.prod(poles, axis=1)))
+    omega[:n_rigid] = 0.0
+    decay = np.abs(poles.sum(axis=1).real) / 2.0
+    ratio = np.zeros_like(omega)
+    np.divide(decay, omega, out=ratio, where=omega > 0.0)
+    return omega / (2.0 * np.pi), ratio
+
+
 def label_inertias(drivetrain: Drivetrain) -> dict[str, float]:
     """Inertia (kg) that moves with each label."""
-    inertias: dict[str, float] = {}
+    inertias = {f"{rotor.name}.w": rotor.rotary_mass for rotor in drivetrain.inertias}
     for stage in drivetrain.stages:
         if isinstance(stage, ParallelStage):
             for name, gear in (("pinion", stage.pinion), ("wheel", stage.wheel)):
@@ -243,6 +285,7 @@ class _Energies:
         stage_stiffness: Mapping[str, StageStiffness],
     ) -> None:
         self.drivetrain = drivetrain
+        self.facing = facings(drivetrain)
         self.labels = labels
         inertias = label_inertias(drivetrain)
         self.root_mass = np.sqrt([inertias[label] for label in labels])
@@ -263,7 +306,7 @@ class _Energies:
         """Mass-weighted components of shapes by (stage or coupling, family or '')."""
         weighted = self.root_mass[:, None] * shapes
         parts: dict[tuple[str, str], Shapes] = {}
-        for item in (*self.drivetrain.stages, *self.drivetrain.couplings):
+        for item in (*self.drivetrain.parts, *self.drivetrain.couplings):
             rest = weighted[self._of_part(item.name)]
             for family, (labels, basis) in self.families.get(item.name, {}).items():
                 inside = weighted[self._rows(labels)]
@@ -300,7 +343,7 @@ class _Energies:
         parts = self.kinetic_parts(shape[:, None])
         energy = {key: float(np.sum(np.abs(part) ** 2)) for key, part in parts.items()}
         total = sum(energy.values())
-        items = [item.name for item in (*self.drivetrain.stages, *self.drivetrain.couplings)]
+        items = [item.name for item in (*self.drivetrain.parts, *self.drivetrain.couplings)]
         kinetic = {
             item: sum(e for (name, _), e in energy.items() if name == item) / total
             for item in items
@@ -315,21 +358,27 @@ class _Energies:
         if rigid:
             return dict.fromkeys(items, 0.0)
         strain: dict[str, float] = {}
-        for stage in self.drivetrain.stages:
-            own = self.stage_stiffness[stage.name]
+        for part in self.drivetrain.parts:
+            own = self.stage_stiffness[part.name]
             q = shape[self._rows(own.labels)]
-            strain[stage.name] = max(float(np.real(q.conj() @ own.stiffness @ q)), 0.0)
+            strain[part.name] = max(float(np.real(q.conj() @ own.stiffness @ q)), 0.0)
         value = dict(zip(self.labels, shape, strict=True))
         for coupling in self.drivetrain.couplings:
             hub = value[f"{coupling.name}.w"]
             strain[coupling.name] = sum(
                 float(stiffness * abs(self._at_hub(coupling, body) * value[f"{body}.w"] - hub) ** 2)
                 for body, stiffness in coupling.ends
-                if stiffness != "rigid"
+                if not isinstance(stiffness, str)
             )
+            for dof, spring in coupling.dofs.items():
+                first, second, sign = translation_ends(self.drivetrain, coupling, dof)
+                if not isinstance(spring.stiffness, str):
+                    stretch = value[first] - sign * value[second]
+                    strain[coupling.name] += float(spring.stiffness * abs(stretch) ** 2)
         total = sum(strain.values())
         return {item: energy / total for item, energy in strain.items()}
 
     def _at_hub(self, coupling: Coupling, body: str) -> float:
         """w at the hub's radius per w at the body's."""
-        return coupling.radius / self.drivetrain.radius(body)
+        alike = turning(self.facing, coupling.first) * turning(self.facing, body)
+        return alike * coupling.radius / self.drivetrain.radius(body)

@@ -98,7 +98,10 @@ def loads(text: str, origin: str = "<string>") -> Drivetrain:
     except (ValueError, RecursionError) as error:  # ValueError: also a number of 5000 digits
         raise ModelError(f"{origin}: not valid TOML: {error}") from error
     if not data:
-        raise ModelError(f"{origin}: the file is empty; it needs a name and {_stage_needed()}")
+        raise ModelError(
+            f"{origin}: the file is empty; it needs a name and at least one [[stage]] or "
+            "[[inertia]] table"
+        )
     try:
         return Drivetrain.model_validate(data, by_alias=True, by_name=False)
     except ValidationError as error:
@@ -301,10 +304,6 @@ def _allowed(schema: Schema) -> str:
     words: str = schema.get("description", TYPES[schema["type"]])
     unit = f" ({schema['unit']})" if "unit" in schema else ""
     return (f"{words}, {bounds}" if bounds else words) + unit
-
-
-def _stage_needed() -> str:
-    return _allowed(_drivetrain_schema()["properties"]["stage"])
 
 
 def _suggest(wrong: str, right: Iterable[str]) -> str:

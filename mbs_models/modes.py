@@ -7,15 +7,23 @@ from numpy.typing import NDArray
 
 from .drivetrain import MultibodySystem, build_drivetrain, build_stage
 from .linearization import LinearizedSystem, coordinate_transform, linearize
-from .mode_kinds import Mode, Modes, StageStiffness, classify
+from .mode_kinds import (
+    Mode,
+    Modes,
+    StageStiffness,
+    classify,
+    frequency_and_ratio,
+    match_poles,
+    undamped_estimate,
+)
 from .parameters import Drivetrain
 
 
 def drivetrain_modes(drivetrain: Drivetrain) -> Modes:
     """Modes of the whole drivetrain from exudyn's eigensolution.
 
-    det(K − ω²M) = 0, and with damping det(K + sC + s²M) = 0; the latter's poles are told apart by
-    the former's shapes, which they share (the damping is proportional, element by element).
+    det(K − ω²M) = 0, and with damping det(K + sC + s²M) = 0; each mode is given the latter's
+    poles that lie nearest to its own −γ/2 ± √(γ²/4 − ω²), γ = φᵀCφ.
     """
     system = build_drivetrain(drivetrain)
     linear = linearize(system)
@@ -23,7 +31,7 @@ def drivetrain_modes(drivetrain: Drivetrain) -> Modes:
     n_rigid = rigid_body_count(linear.stiffness)
     round_off = len(eigenvalues) * np.finfo(float).eps * abs(eigenvalues[-1])
     poles = _poles(system, linear, eigenvalues, shapes, n_rigid)
-    frequencies, ratios = _frequency_and_ratio(poles, n_rigid)
+    frequencies, ratios = frequency_and_ratio(poles, n_rigid)
 
     labelled = _with_derived(linear, shapes)
     kinds, labelled = classify(
@@ -49,7 +57,7 @@ def rigid_body_count(stiffness: NDArray[np.float64]) -> int:
 def stage_stiffness(drivetrain: Drivetrain) -> dict[str, StageStiffness]:
     """Stiffness of every stage alone, its couplings taken off."""
     bare = drivetrain.model_copy(update={"couplings": ()})
-    systems = {stage.name: linearize(build_stage(bare, stage.name)) for stage in bare.stages}
+    systems = {part.name: linearize(build_stage(bare, part.name)) for part in bare.parts}
     return {name: StageStiffness(s.dofs, s.stiffness) for name, s in systems.items()}
 
 
@@ -72,34 +80,14 @@ def _poles(
     """The two poles of each mode (n_mode, 2), from exudyn's complex eigensolution if damped."""
     modal_mass = np.einsum("im,ij,jm->m", shapes, linear.mass, shapes)
     modal_damping = np.einsum("im,ij,jm->m", shapes, linear.damping, shapes) / modal_mass
-    root = np.sqrt(modal_damping**2 / 4.0 - eigenvalues.astype(complex))
-    expected = np.stack([-modal_damping / 2.0 + root, -modal_damping / 2.0 - root], axis=1)
+    expected = undamped_estimate(eigenvalues, modal_damping)
     if not np.any(linear.damping):
         return expected
-    found = np.asarray(
-        system.mbs.ComputeODE2Eigenvalues(computeComplexEigenvalues=True, useAbsoluteValues=False)[
-            0
-        ]
-    ).astype(complex)
-    poles = expected.copy()
-    for mode in range(len(eigenvalues) - 1, n_rigid - 1, -1):
-        for side in range(2):
-            nearest = int(np.argmin(np.abs(found - expected[mode, side])))
-            poles[mode, side] = found[nearest]
-            found = np.delete(found, nearest)
-    return poles
-
-
-def _frequency_and_ratio(
-    poles: NDArray[np.complex128], n_rigid: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """ω = √(s₁s₂) and ζ = −(s₁ + s₂)/2ω of each mode's pole pair; zero for rigid-body modes."""
-    omega = np.sqrt(np.abs(np.prod(poles, axis=1)))
-    omega[:n_rigid] = 0.0
-    decay = np.abs(poles.sum(axis=1).real) / 2.0
-    ratio = np.zeros_like(omega)
-    np.divide(decay, omega, out=ratio, where=omega > 0.0)
-    return omega / (2.0 * np.pi), ratio
+    found, _ = system.mbs.ComputeODE2Eigenvalues(
+        computeComplexEigenvalues=True, useAbsoluteValues=False
+    )
+    found = np.asarray(found).astype(complex)
+    return np.concatenate([expected[:n_rigid], match_poles(found, expected[n_rigid:])])
 
 
 def _frequency_error(frequency: float, round_off: float) -> float:

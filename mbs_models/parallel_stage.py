@@ -17,11 +17,7 @@ import numpy as np
 from .elements import Assembly, RigidBody
 from .gear_geometry import Vector, centre_distance, external_mesh, radial
 from .parameters import ParallelGear, ParallelStage
-from .placement import Frame
-
-# Sign of the rotation about z that moves the tangent point along +y: pinion and wheel turn
-# against each other.
-SENSE = {"pinion": 1.0, "wheel": -1.0}
+from .placement import Frame, sense
 
 
 def body_centres(stage: ParallelStage) -> dict[str, Vector]:
@@ -62,16 +58,25 @@ def _add_gear(
     body = assembly.rocking_body(
         frame.point(centre), gear.mass, gear.rotary_mass(r) * r**2, gear.rocking_mass * r**2
     )
-    rocking = gear.rocking_stiffness * r**2
-    assembly.bearing(body, (0.0, gear.bearing_y, gear.bearing_z, 0.0, rocking, 0.0))
-    sense = SENSE[name]
+    _add_bearing(assembly, gear, body, frame)
+    turn = sense(f"{stage}.{name}")
     # The tangent point lies at x = ±r: rocking about +y moves it by −(±r) along z. The stage's
-    # z axis is the global one up to the facing; y is the axis the stage is turned about.
-    assembly.add_dof(f"{stage}.{name}.w", (body, body.rotation, frame.facing * sense / r))
+    # z axis is the global one up to the facing; y is the global y axis.
+    assembly.add_dof(f"{stage}.{name}.w", (body, body.rotation, frame.facing * turn / r))
     assembly.add_dof(f"{stage}.{name}.y", (body, 1, 1.0))
     assembly.add_dof(f"{stage}.{name}.z", (body, 2, frame.facing))
-    assembly.add_dof(f"{stage}.{name}.rho", (body, 4, -sense / r))
+    assembly.add_dof(f"{stage}.{name}.rho", (body, 4, -turn / r))
     return body
+
+
+def _add_bearing(assembly: Assembly, gear: ParallelGear, body: RigidBody, frame: Frame) -> None:
+    beta = assembly.damping.stiffness_proportional
+    rocking = gear.rocking_stiffness * gear.base_radius**2
+    stiffness, damping = np.zeros((6, 6)), np.zeros((6, 6))
+    stiffness[1:3, 1:3] = gear.support.stiffness
+    damping[1:3, 1:3] = gear.support.damping_for(beta)
+    stiffness[4, 4], damping[4, 4] = rocking, beta * rocking
+    assembly.bearing(body, stiffness, damping, axes=frame.axes)
 
 
 def _add_mesh(

@@ -1,177 +1,59 @@
 """The parameters of a drivetrain: frozen, validated, SI.
 
 One class per table of a model file, with the file's own keys (angles in degrees, as the file has
-them; every property that computes with an angle returns radians). Quantities that the file may
-give as ``…_over_r2`` (seen at the base radius, the field's usual form) or physically are read
-through methods that take the radius and return one of the two forms, so that nobody downstream
-asks which was given.
+them; every property that computes with an angle returns radians). The tables of single bodies are
+in `bodies`.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from itertools import combinations
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, StringConstraints, model_validator
+from pydantic import Field, model_validator
 
-# Quantities: a number with its bounds and, for messages and the JSON schema, its unit.
-Mass = Annotated[float, Field(gt=0.0, json_schema_extra={"unit": "kg"})]
-Inertia = Annotated[float, Field(gt=0.0, json_schema_extra={"unit": "kg m²"})]
-HubMass = Annotated[float, Field(ge=0.0, json_schema_extra={"unit": "kg"})]
-HubInertia = Annotated[float, Field(ge=0.0, json_schema_extra={"unit": "kg m²"})]
-Stiffness = Annotated[float, Field(ge=0.0, json_schema_extra={"unit": "N/m"})]
-RotaryStiffness = Annotated[float, Field(ge=0.0, json_schema_extra={"unit": "N m/rad"})]
-Radius = Annotated[float, Field(ge=1e-6, le=1e3, json_schema_extra={"unit": "m"})]
-Angle = Annotated[float, Field(json_schema_extra={"unit": "deg"})]
-PressureAngle = Annotated[Angle, Field(gt=0.0, le=45.0)]
-PlanetAngles = Annotated[
-    tuple[Angle, ...],
-    Field(min_length=2, strict=False, description="a list of at least 2 angles (deg)"),
-]
-Name = Annotated[
-    str,
-    StringConstraints(pattern=r"^[A-Za-z_][A-Za-z0-9_-]*$"),
-    Field(description="a letter or _, then letters, digits, _ or -"),
+from .bodies import (
+    Angle,
+    Bearing,
+    BearingMatrix,
+    Carrier,
+    Damper,
+    HubInertia,
+    HubMass,
+    Inertia,
+    Name,
+    ParallelGear,
+    Planet,
+    PlanetAngles,
+    PressureAngle,
+    Radius,
+    Ring,
+    Stiffness,
+    Sun,
+    Table,
+    bearing,
+)
+
+__all__ = [
+    "Carrier",
+    "Coupling",
+    "Damping",
+    "Drivetrain",
+    "Inertia",
+    "ParallelGear",
+    "ParallelStage",
+    "Part",
+    "Planet",
+    "PlanetaryStage",
+    "Ring",
+    "Sun",
+    "Translation",
 ]
 
 # A radius in a file is a drawing's, rounded to three digits; a wrong tooth count is 3 % or more.
 RADIUS_TOLERANCE = 5e-3
-
-
-class Table(BaseModel):
-    """A table of a model file: frozen, unknown keys refused, numbers finite."""
-
-    model_config = ConfigDict(
-        frozen=True, extra="forbid", allow_inf_nan=False, strict=True, populate_by_name=True
-    )
-
-    def _require_one_of(self, *alternatives: tuple[str, ...]) -> None:
-        """Refuse all but one of several ways to say the same thing."""
-        given = [
-            keys for keys in alternatives if any(getattr(self, key) is not None for key in keys)
-        ]
-        written = " or ".join(" and ".join(f"'{key}'" for key in keys) for keys in alternatives)
-        if not given:
-            raise ValueError(f"give exactly one of {written}; neither is there")
-        if len(given) > 1:
-            both = [key for keys in given for key in keys if getattr(self, key) is not None]
-            values = ", ".join(f"{key} = {getattr(self, key)}" for key in both)
-            raise ValueError(f"give exactly one of {written}; both are there ({values})")
-        for key in given[0]:
-            if getattr(self, key) is None:
-                raise ValueError(f"'{key}' is missing; {written} must be given in full")
-
-    def _over_r2(self, key: str, radius: float) -> float:
-        """The quantity ``key`` seen at ``radius``, whichever of its two forms the file gives."""
-        reduced: float | None = getattr(self, f"{key}_over_r2")
-        return reduced if reduced is not None else getattr(self, key) / radius**2
-
-
-class Body(Table):
-    """A rigid gear body: its mass (kg) and polar moment of inertia (kg m², or I/r² in kg)."""
-
-    mass: Mass
-    polar_inertia: Inertia | None = None
-    polar_inertia_over_r2: Mass | None = None
-
-    @model_validator(mode="after")
-    def _one_polar_inertia(self) -> Self:
-        self._require_one_of(("polar_inertia",), ("polar_inertia_over_r2",))
-        return self
-
-    def rotary_mass(self, radius: float) -> float:
-        """I/r², the inertia of the coordinate w = r·θ (kg)."""
-        return self._over_r2("polar_inertia", radius)
-
-
-class ParallelGear(Body):
-    """Pinion or wheel of a parallel stage, with its bearing: y along the transverse line of action,
-    z axial, rocking about y (Kahraman 1993; seed paper, Table 1)."""
-
-    base_radius: Radius
-    diametral_inertia: Inertia | None = None
-    diametral_inertia_over_r2: Mass | None = None
-    bearing_y: Stiffness
-    bearing_z: Stiffness
-    bearing_rocking: RotaryStiffness | None = None
-    bearing_rocking_over_r2: Stiffness | None = None
-
-    @model_validator(mode="after")
-    def _one_form_each(self) -> Self:
-        self._require_one_of(("diametral_inertia",), ("diametral_inertia_over_r2",))
-        self._require_one_of(("bearing_rocking",), ("bearing_rocking_over_r2",))
-        return self
-
-    @property
-    def rocking_mass(self) -> float:
-        """I_diametral/r², the inertia of the rocking coordinate r·ρ (kg)."""
-        return self._over_r2("diametral_inertia", self.base_radius)
-
-    @property
-    def rocking_stiffness(self) -> float:
-        """The bearing's rocking stiffness seen at the base radius (N/m)."""
-        return self._over_r2("bearing_rocking", self.base_radius)
-
-
-class CentralMember(Body):
-    """Sun, ring or carrier: a body on an (an)isotropic bearing and a torsional support.
-
-    ``torsional_support`` is in N/m at the member's radius (base radius; carrier: planet-centre
-    circle); its physical twin ``torsional_stiffness`` is in N m/rad.
-    """
-
-    bearing: Stiffness | None = None
-    bearing_u: Stiffness | None = None
-    bearing_v: Stiffness | None = None
-    torsional_support: Stiffness | None = None
-    torsional_stiffness: RotaryStiffness | None = None
-
-    @model_validator(mode="after")
-    def _one_form_of_each_support(self) -> Self:
-        self._require_one_of(("bearing",), ("bearing_u", "bearing_v"))
-        self._require_one_of(("torsional_support",), ("torsional_stiffness",))
-        return self
-
-    @property
-    def bearing_stiffness(self) -> tuple[float, float]:
-        """Bearing stiffness along u and v (N/m)."""
-        if self.bearing is not None:
-            return self.bearing, self.bearing
-        assert self.bearing_u is not None
-        assert self.bearing_v is not None
-        return self.bearing_u, self.bearing_v
-
-    def torsional_support_at(self, radius: float) -> float:
-        """The torsional support seen at ``radius`` (N/m)."""
-        if self.torsional_support is not None:
-            return self.torsional_support
-        assert self.torsional_stiffness is not None
-        return self.torsional_stiffness / radius**2
-
-
-class Sun(CentralMember):
-    """The sun gear."""
-
-    base_radius: Radius
-
-
-class Ring(CentralMember):
-    """The ring gear; its base radius follows from sun and planet, and is checked where given."""
-
-    base_radius: Radius | None = None
-
-
-class Carrier(CentralMember):
-    """The carrier; the radius of its planet-centre circle follows, and is checked where given."""
-
-    radius: Radius | None = None
-
-
-class Planet(Body):
-    """A planet gear (all planets of a stage are alike)."""
-
-    base_radius: Radius
 
 
 class Damping(Table):
@@ -182,6 +64,15 @@ class Damping(Table):
 
     stiffness_proportional: Annotated[float, Field(ge=0.0, json_schema_extra={"unit": "s"})] = 0.0
     mass_proportional: Annotated[float, Field(ge=0.0, json_schema_extra={"unit": "1/s"})] = 0.0
+
+
+MeshStiffness = (
+    Stiffness
+    | Annotated[
+        tuple[Stiffness, ...],
+        Field(strict=False, description="a list with one for each planet (N/m)"),
+    ]
+)
 
 
 class ParallelStage(Table):
@@ -218,11 +109,12 @@ class PlanetaryStage(Table):
     pressure_angle: PressureAngle | None = None
     sun_pressure_angle: PressureAngle | None = None
     ring_pressure_angle: PressureAngle | None = None
-    sun_mesh_stiffness: Stiffness
-    ring_mesh_stiffness: Stiffness
-    planet_bearing: Stiffness | None = None
+    sun_mesh_stiffness: MeshStiffness
+    ring_mesh_stiffness: MeshStiffness
+    planet_bearing: Stiffness | BearingMatrix | None = None
     planet_bearing_radial: Stiffness | None = None
     planet_bearing_tangential: Stiffness | None = None
+    planet_bearing_damping: Damper | BearingMatrix | None = None
     sun: Sun
     ring: Ring
     carrier: Carrier
@@ -238,7 +130,17 @@ class PlanetaryStage(Table):
         self._check_radius("carrier.radius", self.carrier.radius, self.carrier_radius)
         self._check_radius("ring.base_radius", self.ring.base_radius, self.ring_radius)
         self._check_planet_spacing()
+        for key in ("sun_mesh_stiffness", "ring_mesh_stiffness"):
+            self._check_one_per_planet(key)
         return self
+
+    def _check_one_per_planet(self, key: str) -> None:
+        given = getattr(self, key)
+        if isinstance(given, tuple) and len(given) != self.planet_count:
+            raise ValueError(
+                f"{key} = {list(given)}: {len(given)} values for {self.planet_count} planets; "
+                "give one number, or one for each planet"
+            )
 
     def _check_radius(self, key: str, given: float | None, computed: float) -> None:
         if given is not None and abs(given - computed) > RADIUS_TOLERANCE * computed:
@@ -299,13 +201,23 @@ class PlanetaryStage(Table):
         return next(value for value in values if value is not None)
 
     @property
-    def planet_bearing_stiffness(self) -> tuple[float, float]:
-        """Stiffness of a planet bearing, radial and tangential (N/m)."""
-        if self.planet_bearing is not None:
-            return self.planet_bearing, self.planet_bearing
-        assert self.planet_bearing_radial is not None
-        assert self.planet_bearing_tangential is not None
-        return self.planet_bearing_radial, self.planet_bearing_tangential
+    def planet_support(self) -> Bearing:
+        """A planet's bearing, radial and tangential."""
+        each = (self.planet_bearing_radial, self.planet_bearing_tangential)
+        return bearing(self.planet_bearing, each, self.planet_bearing_damping)
+
+    @property
+    def sun_meshes(self) -> tuple[float, ...]:
+        """Stiffness of each planet's mesh with the sun (N/m)."""
+        return self._per_planet(self.sun_mesh_stiffness)
+
+    @property
+    def ring_meshes(self) -> tuple[float, ...]:
+        """Stiffness of each planet's mesh with the ring (N/m)."""
+        return self._per_planet(self.ring_mesh_stiffness)
+
+    def _per_planet(self, given: float | tuple[float, ...]) -> tuple[float, ...]:
+        return given if isinstance(given, tuple) else (given,) * self.planet_count
 
     @property
     def carrier_radius(self) -> float:
@@ -329,11 +241,39 @@ class PlanetaryStage(Table):
 Stage = Annotated[ParallelStage | PlanetaryStage, Field(discriminator="type")]
 
 
+# Directions that all frames of coaxial bodies share, and what the two kinds of stage call a
+# translation along them: the planetary stage's u is along the parallel stage's line of action.
+DIRECTIONS: Mapping[str, str] = {
+    "u": "first transverse",
+    "y": "first transverse",
+    "v": "second transverse",
+    "x": "second transverse",
+    "z": "axial",
+}
+
+
+class Translation(Table):
+    """A translation that a coupling carries between the two bodies' centres.
+
+    ``stiffness`` in N/m, or ``"rigid"``; ``damping`` (N s/m) takes the place of β k.
+    """
+
+    stiffness: Stiffness | Literal["rigid"]
+    damping: Damper | None = None
+
+    @model_validator(mode="after")
+    def _a_rigid_one_has_no_damping(self) -> Self:
+        if self.stiffness == "rigid" and self.damping is not None:
+            raise ValueError(f"damping = {self.damping}: a rigid translation has none")
+        return self
+
+
 class Coupling(Table):
     """A hub between two bodies: first body – spring – hub – spring – second body.
 
     Both springs act between r·θ of body and hub at ``radius``; ``"rigid"`` makes hub and body one,
-    0 leaves them apart. When the stages are split, each takes half of the hub.
+    0 leaves them apart. When the stages are split, each takes half of the hub. ``dofs`` adds
+    translations, each a spring between the two bodies.
     """
 
     name: Name
@@ -344,6 +284,7 @@ class Coupling(Table):
     inertia_over_r2: HubMass | None = None
     first_stiffness: Stiffness | Literal["rigid"]
     second_stiffness: Stiffness | Literal["rigid"]
+    dofs: Mapping[Literal["u", "v", "x", "y", "z"], Translation] = Field(default_factory=dict)
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -353,12 +294,16 @@ class Coupling(Table):
                 f"second = {self.second!r}: lies in the same stage as first = {self.first!r}; "
                 "a coupling joins bodies of two stages"
             )
-        if 0.0 in (self.inertia, self.inertia_over_r2) and not self.has_rigid_end:
+        if self.massless and "rigid" not in (self.first_stiffness, self.second_stiffness):
             key = "inertia" if self.inertia is not None else "inertia_over_r2"
             raise ValueError(
                 f"{key} = 0.0: a hub between two springs needs an inertia greater than 0; "
                 'it may be 0 only where one end is "rigid"'
             )
+        directions = [DIRECTIONS[dof] for dof in self.dofs]
+        for dof, direction in zip(self.dofs, directions, strict=True):
+            if directions.count(direction) > 1:
+                raise ValueError(f"dofs.{dof}: the {direction} direction is given twice")
         return self
 
     @property
@@ -367,9 +312,9 @@ class Coupling(Table):
         return self._over_r2("inertia", self.radius)
 
     @property
-    def has_rigid_end(self) -> bool:
-        """Whether the hub is one with a body."""
-        return "rigid" in (self.first_stiffness, self.second_stiffness)
+    def massless(self) -> bool:
+        """Whether the hub has no inertia: the coupling is then a mere shaft."""
+        return 0.0 in (self.inertia, self.inertia_over_r2)
 
     @property
     def ends(self) -> tuple[tuple[str, float | Literal["rigid"]], ...]:
@@ -382,18 +327,23 @@ class Coupling(Table):
         return self.first_stiffness != 0.0 and self.second_stiffness != 0.0
 
 
+Part = ParallelStage | PlanetaryStage | Inertia
+
+
 class Drivetrain(Table):
-    """A whole drivetrain: stages and the couplings that join them."""
+    """A whole drivetrain: stages, plain inertias, and the couplings that join them."""
 
     name: str
     source: str = ""
     damping: Damping = Damping()
     stages: Annotated[
         tuple[Stage, ...],
-        Field(
-            alias="stage", min_length=1, strict=False, description="at least one [[stage]] table"
-        ),
-    ]
+        Field(alias="stage", strict=False, description="[[stage]] tables"),
+    ] = ()
+    inertias: Annotated[
+        tuple[Inertia, ...],
+        Field(alias="inertia", strict=False, description="[[inertia]] tables"),
+    ] = ()
     couplings: Annotated[
         tuple[Coupling, ...],
         Field(alias="coupling", strict=False, description="[[coupling]] tables"),
@@ -401,35 +351,72 @@ class Drivetrain(Table):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        names = [item.name for item in (*self.stages, *self.couplings)]
+        if not self.parts:
+            raise ValueError("there is nothing in it; give at least one [[stage]] or [[inertia]]")
+        names = [item.name for item in (*self.parts, *self.couplings)]
         for name in names:
             if names.count(name) > 1:
                 raise ValueError(
-                    f"name = '{name}': used {names.count(name)} times; every stage and coupling "
-                    "needs a name of its own"
+                    f"name = '{name}': used {names.count(name)} times; every stage, inertia and "
+                    "coupling needs a name of its own"
                 )
-        ends = [f"{stage.name}.{body}" for stage in self.stages for body in stage.bodies]
         for i, coupling in enumerate(self.couplings):
             for key in ("first", "second"):
-                if getattr(coupling, key) not in ends:
+                if getattr(coupling, key) not in self.bodies:
                     raise ValueError(
                         f"coupling[{i}] '{coupling.name}': {key} = {getattr(coupling, key)!r}: "
-                        f"not a body of this drivetrain; allowed: {', '.join(ends)}"
+                        f"not a body of this drivetrain; allowed: {', '.join(self.bodies)}"
                     )
+            self._check_translations(i, coupling)
         return self
+
+    def _check_translations(self, i: int, coupling: Coupling) -> None:
+        for dof in coupling.dofs:
+            for body in (coupling.first, coupling.second):
+                own = self.translations(body)
+                if DIRECTIONS[dof] not in own:
+                    has = f"only {', '.join(own.values())}" if own else "none"
+                    raise ValueError(
+                        f"coupling[{i}] '{coupling.name}': dofs.{dof}: {body} has no translation "
+                        f"along it ({has}); both ends must have it"
+                    )
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        """Stages and inertias: what couplings join, and what substructures are made of."""
+        return (*self.stages, *self.inertias)
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """Names of the bodies a coupling can join."""
+        of_stages = [f"{stage.name}.{body}" for stage in self.stages for body in stage.bodies]
+        return (*of_stages, *(inertia.name for inertia in self.inertias))
+
+    def part(self, name: str) -> Part:
+        """The stage or inertia of that name."""
+        return next(part for part in self.parts if part.name == name)
 
     def stage(self, name: str) -> ParallelStage | PlanetaryStage:
         """The stage of that name."""
         return next(stage for stage in self.stages if stage.name == name)
 
     def radius(self, body: str) -> float:
-        """The radius r of the rotation w = r·θ of ``<stage>.<body>`` (m)."""
-        stage, _, part = body.partition(".")
-        return self.stage(stage).radius(part)
+        """The radius r of the rotation w = r·θ of ``<stage>.<body>`` or of an inertia (m)."""
+        name, _, member = body.partition(".")
+        part = self.part(name)
+        return part.radius if isinstance(part, Inertia) else part.radius(member)
+
+    def translations(self, body: str) -> dict[str, str]:
+        """What a body's translations are called, by direction."""
+        part = self.part(body.partition(".")[0])
+        if isinstance(part, Inertia):
+            return {}
+        own = ("y", "z") if isinstance(part, ParallelStage) else ("u", "v")
+        return {DIRECTIONS[dof]: dof for dof in own}
 
     def groups(self) -> tuple[frozenset[str], ...]:
-        """Stages that move together, as sets of names (connected through couplings)."""
-        groups = [{stage.name} for stage in self.stages]
+        """Parts that turn together, as sets of names (connected through couplings)."""
+        groups = [{part.name} for part in self.parts]
         for coupling in self.couplings:
             if coupling.transmits:
                 ends = {coupling.first.partition(".")[0], coupling.second.partition(".")[0]}
@@ -441,9 +428,9 @@ class Drivetrain(Table):
         """What is allowed but probably not meant."""
         main = max(self.groups(), key=len)
         return tuple(
-            f"stage '{stage.name}' is not connected to the rest: no torque passes, every FRF "
-            f"between it and {', '.join(sorted(main))} is zero, and each unconnected part has "
-            "rigid-body modes of its own"
-            for stage in self.stages
-            if stage.name not in main
+            f"{'inertia' if isinstance(part, Inertia) else 'stage'} '{part.name}' is not connected "
+            f"to the rest: no torque passes, every FRF between it and {', '.join(sorted(main))} is "
+            "zero, and each unconnected part has rigid-body modes of its own"
+            for part in self.parts
+            if part.name not in main
         )

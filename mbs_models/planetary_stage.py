@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from .elements import Assembly, RigidBody
-from .gear_geometry import Vector, external_mesh, internal_mesh, radial, tangential
+from .bodies import Bearing
+from .elements import Assembly, Matrix, RigidBody
+from .gear_geometry import external_mesh, internal_mesh, radial, tangential
 from .parameters import PlanetaryStage
 from .placement import Frame
 
@@ -35,8 +36,9 @@ def add_planetary_stage(
     for number, angle in enumerate(stage.angles, start=1):
         name = f"planet{number}"
         bodies[name] = _add_planet(assembly, stage, name, angle, frame)
-        _add_planet_bearing(assembly, stage, bodies["carrier"], bodies[name], angle, frame)
-        _add_meshes(assembly, stage, bodies, name, angle, frame)
+        axes = _planet_axes(angle, frame)
+        _add_bearing(assembly, stage.planet_support, bodies[name], axes, bodies["carrier"])
+        _add_meshes(assembly, stage, bodies, number, frame)
     return bodies
 
 
@@ -46,7 +48,7 @@ def _add_central_member(
     member = getattr(stage, name)
     r = stage.radius(name)
     body = assembly.planar_body(frame.point(np.zeros(3)), member.mass, member.rotary_mass(r) * r**2)
-    assembly.bearing(body, member.bearing_stiffness)
+    _add_bearing(assembly, member.support, body, frame.axes)
     assembly.torsion_spring(body, member.torsional_support_at(r) * r**2)
     _add_dofs(assembly, f"{stage.name}.{name}", body, r, angle=0.0, frame=frame)
     return body
@@ -71,38 +73,44 @@ def _add_dofs(
     assembly.add_dof(f"{prefix}.w", (body, body.rotation, frame.facing / r))
 
 
-def _add_planet_bearing(
+def _add_bearing(
     assembly: Assembly,
-    stage: PlanetaryStage,
-    carrier: RigidBody,
-    planet: RigidBody,
-    angle: float,
-    frame: Frame,
+    bearing: Bearing,
+    body: RigidBody,
+    axes: Matrix,
+    support: RigidBody | None = None,
 ) -> None:
-    e_r, e_t = frame.direction(radial(angle)), frame.direction(tangential(angle))
-    axes: Vector = np.column_stack([e_r, e_t, np.cross(e_r, e_t)])
-    assembly.bearing(planet, stage.planet_bearing_stiffness, support=carrier, axes=axes)
+    stiffness, damping = np.zeros((6, 6)), np.zeros((6, 6))
+    stiffness[:2, :2] = bearing.stiffness
+    damping[:2, :2] = bearing.damping_for(assembly.damping.stiffness_proportional)
+    assembly.bearing(body, stiffness, damping, support=support, axes=axes)
+
+
+def _planet_axes(angle: float, frame: Frame) -> Matrix:
+    """Radial, tangential and axial direction of a planet, in global coordinates."""
+    e_r, e_t = radial(angle), tangential(angle)
+    return np.column_stack([frame.direction(e) for e in (e_r, e_t, np.cross(e_r, e_t))])
 
 
 def _add_meshes(
     assembly: Assembly,
     stage: PlanetaryStage,
     bodies: dict[str, RigidBody],
-    planet: str,
-    angle: float,
+    number: int,
     frame: Frame,
 ) -> None:
+    planet, angle = bodies[f"planet{number}"], stage.angles[number - 1]
     r_p = stage.planet.base_radius
     sun_line = external_mesh(stage.sun.base_radius, r_p, stage.sun_mesh_angle, angle)
     ring_line = internal_mesh(stage.ring_radius, r_p, stage.ring_mesh_angle, angle)
     for member, line, stiffness in (
-        ("sun", sun_line, stage.sun_mesh_stiffness),
-        ("ring", ring_line, stage.ring_mesh_stiffness),
+        ("sun", sun_line, stage.sun_meshes[number - 1]),
+        ("ring", ring_line, stage.ring_meshes[number - 1]),
     ):
         assembly.mesh_spring(
             bodies[member],
             frame.direction(line.first_point),
-            bodies[planet],
+            planet,
             frame.direction(line.second_point),
             stiffness,
         )

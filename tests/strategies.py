@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 from hypothesis import strategies as st
 
 from mbs_models.model_file import load
 from mbs_models.parameters import (
-    Coupling,
     Damping,
     Drivetrain,
+    Inertia,
     ParallelStage,
+    Part,
     PlanetaryStage,
 )
 
@@ -47,22 +49,31 @@ def paper(**coupling: Any) -> Drivetrain:
     return with_coupling(drivetrain, **coupling) if coupling else drivetrain
 
 
-stiffness = st.floats(1e6, 1e9)  # over three decades, as bearings and meshes are
+stiffness = st.floats(1e5, 1e9)  # four decades, as couplings, bearings and meshes are
 mass = st.floats(0.1, 10.0)
 radius = st.floats(0.01, 0.2)
 
 
 @st.composite
+def bearing_matrices(draw: st.DrawFn) -> list[list[float]]:
+    """A symmetric positive semi-definite 2 × 2 bearing with cross terms."""
+    a, d = draw(stiffness), draw(stiffness)
+    b = draw(st.floats(-0.9, 0.9)) * float(np.sqrt(a * d))
+    return [[a, b], [b, d]]
+
+
+@st.composite
 def parallel_gears(draw: st.DrawFn) -> dict[str, Any]:
-    return {
+    gear = {
         "mass": draw(mass),
         "base_radius": draw(radius),
         "polar_inertia_over_r2": draw(mass),
         "diametral_inertia_over_r2": draw(mass),
-        "bearing_y": draw(stiffness),
-        "bearing_z": draw(stiffness),
         "bearing_rocking_over_r2": draw(stiffness),
     }
+    if draw(st.booleans()):
+        return gear | {"bearing_y": draw(stiffness), "bearing_z": draw(stiffness)}
+    return gear | {"bearing": draw(bearing_matrices())}
 
 
 @st.composite
@@ -85,20 +96,21 @@ def central_members(draw: st.DrawFn) -> dict[str, Any]:
     return {
         "mass": draw(mass),
         "polar_inertia_over_r2": draw(mass),
-        "bearing_u": draw(stiffness),
-        "bearing_v": draw(stiffness),
+        "bearing": draw(st.one_of(stiffness, bearing_matrices())),
         "torsional_support": draw(st.one_of(st.just(0.0), stiffness)),
     }
 
 
 @st.composite
 def planetary_stages(draw: st.DrawFn, name: str = "planetary") -> PlanetaryStage:
-    n = draw(st.integers(2, 5))
+    n = draw(st.integers(2, 7))
     sun_radius = draw(radius)
-    # Planets of up to half the sun's radius leave room for five with some play in their angles.
-    planet_radius = sun_radius * draw(st.floats(0.2, 0.5))
+    # Of the room between neighbours (pitch radius below d·sin(π/n)), less the play in their angles.
+    room = np.sin(np.pi / n - np.radians(6.0))
+    largest = min(0.9 * room / (1.0 - room), 1.0)
+    planet_radius = sun_radius * draw(st.floats(0.3 * largest, largest))
     turn = draw(st.floats(0.0, 360.0))
-    play = [draw(st.floats(-8.0, 8.0)) for _ in range(n)]
+    play = [draw(st.floats(-3.0, 3.0)) for _ in range(n)]
     return PlanetaryStage.model_validate(
         {
             "type": "planetary",
@@ -106,10 +118,9 @@ def planetary_stages(draw: st.DrawFn, name: str = "planetary") -> PlanetaryStage
             "planet_angles": [turn + 360.0 * p / n + play[p] for p in range(n)],
             "sun_pressure_angle": draw(st.floats(14.5, 30.0)),
             "ring_pressure_angle": draw(st.floats(14.5, 30.0)),
-            "sun_mesh_stiffness": draw(stiffness),
+            "sun_mesh_stiffness": [draw(stiffness) for _ in range(n)],
             "ring_mesh_stiffness": draw(stiffness),
-            "planet_bearing_radial": draw(stiffness),
-            "planet_bearing_tangential": draw(stiffness),
+            "planet_bearing": draw(st.one_of(stiffness, bearing_matrices())),
             "sun": draw(central_members()) | {"base_radius": sun_radius},
             "ring": draw(central_members()),
             "carrier": draw(central_members()),
@@ -123,39 +134,72 @@ def planetary_stages(draw: st.DrawFn, name: str = "planetary") -> PlanetaryStage
 
 
 @st.composite
-def couplings(draw: st.DrawFn, first: str, second: str, name: str = "coupling") -> Coupling:
-    end = st.one_of(st.just("rigid"), stiffness)
-    return Coupling.model_validate(
-        {
-            "name": name,
-            "first": first,
-            "second": second,
-            "radius": draw(radius),
-            "inertia_over_r2": draw(st.floats(1e-6, 1.0)),
-            "first_stiffness": draw(end),
-            "second_stiffness": draw(end),
-        }
+def inertias(draw: st.DrawFn, name: str = "rotor") -> Inertia:
+    return Inertia.model_validate(
+        {"name": name, "radius": draw(radius), "polar_inertia_over_r2": draw(mass)}
     )
 
 
 @st.composite
-def drivetrains(draw: st.DrawFn) -> Drivetrain:
-    """A parallel and a planetary stage in either order, joined at any bodies."""
-    stages: list[ParallelStage | PlanetaryStage] = [
-        draw(parallel_stages()),
-        draw(planetary_stages()),
-    ]
-    stages = draw(st.permutations(stages))
-    ends = [f"{stage.name}.{draw(st.sampled_from(stage.bodies))}" for stage in stages]
-    coupling = draw(couplings(*ends))
+def couplings(draw: st.DrawFn, name: str, ends: list[tuple[Part, str]]) -> dict[str, Any]:
+    """A coupling of two bodies: with or without a hub, rigid ends, and translations."""
+    end = st.one_of(st.just("rigid"), stiffness)
+    coupling: dict[str, Any] = {"name": name, "radius": draw(radius)}
+    for key, (part, body) in zip(("first", "second"), ends, strict=True):
+        coupling[key] = part.name if isinstance(part, Inertia) else f"{part.name}.{body}"
+    if draw(st.booleans()):
+        coupling |= {"inertia_over_r2": draw(st.floats(1e-6, 1.0))}
+        coupling |= {"first_stiffness": draw(end), "second_stiffness": draw(end)}
+    else:
+        values = draw(st.permutations(["rigid", draw(stiffness)]))
+        coupling |= {"inertia_over_r2": 0.0}
+        coupling |= {"first_stiffness": values[0], "second_stiffness": values[1]}
+    kinds = {type(part) for part, _ in ends}
+    common = {
+        frozenset({ParallelStage}): ["y", "z"],
+        frozenset({PlanetaryStage}): ["u", "v"],
+        frozenset({ParallelStage, PlanetaryStage}): ["u"],
+    }.get(frozenset(kinds), [])
+    coupling["dofs"] = {dof: {"stiffness": draw(end)} for dof in common if draw(st.booleans())}
+    return coupling
+
+
+@st.composite
+def drivetrains(draw: st.DrawFn, largest: int = 4) -> Drivetrain:
+    """A tree of up to ``largest`` parts, joined at any bodies."""
+    kinds = draw(
+        st.lists(st.sampled_from("psi"), min_size=1, max_size=largest).filter(
+            lambda found: set(found) != {"i"}
+        )
+    )
+    of_kind = {"p": parallel_stages, "s": planetary_stages, "i": inertias}
+    parts: list[Part] = [draw(of_kind[kind](f"part{i}")) for i, kind in enumerate(kinds)]
+    joined = []
+    for i, part in enumerate(parts[1:], start=1):
+        ends = [
+            (p, draw(st.sampled_from(bodies_of(p))))
+            for p in (parts[draw(st.integers(0, i - 1))], part)
+        ]
+        joined.append(draw(couplings(f"coupling{i}", ends)))
     return Drivetrain.model_validate(
         {
             "name": "random",
             "damping": {
-                "stiffness_proportional": draw(st.floats(1e-7, 1e-5)),
-                "mass_proportional": draw(st.floats(0.0, 10.0)),
+                "stiffness_proportional": draw(st.floats(1e-6, 1e-5)),
+                "mass_proportional": draw(st.floats(1.0, 10.0)),
             },
-            "stage": [s.model_dump(exclude_unset=True) for s in stages],
-            "coupling": [coupling.model_dump(exclude_unset=True)],
+            "stage": [tables(p) for p in parts if not isinstance(p, Inertia)],
+            "inertia": [tables(p) for p in parts if isinstance(p, Inertia)],
+            "coupling": joined,
         }
     )
+
+
+def bodies_of(part: Part) -> tuple[str, ...]:
+    """Bodies of a part that a coupling can join ('' for an inertia itself)."""
+    return ("",) if isinstance(part, Inertia) else part.bodies
+
+
+def tables(part: Part) -> dict[str, Any]:
+    """A part as a model file has it."""
+    return part.model_dump(exclude_unset=True)

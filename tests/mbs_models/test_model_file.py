@@ -205,7 +205,7 @@ CONTRADICTIONS = [
     (
         'name = "planetary"',
         'name = "reducer"',
-        "name = 'reducer': used 2 times; every stage and coupling needs a name of its own",
+        "name = 'reducer': used 2 times; every stage, inertia and coupling needs a name of its own",
     ),
 ]
 
@@ -256,15 +256,20 @@ def test_further_errors_are_counted_and_placed() -> None:
 
 @pytest.mark.parametrize("text", ["", "\n", "# only a comment\n"])
 def test_empty_file(text: str) -> None:
-    assert message(text) == "the file is empty; it needs a name and at least one [[stage]] table"
+    assert message(text) == (
+        "the file is empty; it needs a name and at least one [[stage]] or [[inertia]] table"
+    )
 
 
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ('name = "a"', "stage: missing; must be at least one [[stage]] table"),
-        ('name = "a"\nstage = []', "stage = []: must be at least one [[stage]] table"),
-        ('name = "a"\nstage = 1', "stage = 1: must be at least one [[stage]] table"),
+        ('name = "a"', "there is nothing in it; give at least one [[stage]] or [[inertia]]"),
+        (
+            'name = "a"\nstage = []',
+            "there is nothing in it; give at least one [[stage]] or [[inertia]]",
+        ),
+        ('name = "a"\nstage = 1', "stage = 1: must be [[stage]] tables"),
         (
             'name = "a"\nstage = [1]',
             'stage[0] = 1: must be a table with type "parallel" or "planetary"',
