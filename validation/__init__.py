@@ -1,0 +1,1 @@
+"""Comparison of the routes, verdicts and reports."""

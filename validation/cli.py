@@ -1,0 +1,197 @@
+"""The command line. Exit codes: 0 agreed or done, 1 a disagreement, 2 bad input."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from fbs.errors import FbsError
+from mbs_models.errors import ModelError
+
+from .errors import CommandError
+
+app = typer.Typer(
+    name="crosscheck",
+    help="Cross-check a gear drivetrain's vibration: exudyn, substructuring (FBS) and equations.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+Model = Annotated[
+    str, typer.Argument(metavar="MODEL", help="A preset's name, or the path of a model file.")
+]
+Fmin = Annotated[
+    float | None, typer.Option(help="First line, Hz (default: the first multiple of df ≥ 1 Hz).")
+]
+Fmax = Annotated[
+    float | None, typer.Option(help="Last line, Hz (default: the last multiple of df ≤ 15 kHz).")
+]
+Df = Annotated[float, typer.Option(help="Step, Hz.")]
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run the command line; bad input ends in one message and exit code 2."""
+    try:
+        app(arguments)
+    except (ModelError, FbsError, CommandError) as error:
+        print(f"crosscheck: {error}", file=sys.stderr)
+        sys.exit(2)
+    except KeyboardInterrupt:
+        print("crosscheck: interrupted; nothing was written", file=sys.stderr)
+        sys.exit(130)
+
+
+@app.command()
+def run(
+    model: Model = "paper",
+    out: Annotated[Path, typer.Option(help="Where report.html and results.json go.")] = Path(
+        "crosscheck-report"
+    ),
+    fmin: Fmin = None,
+    fmax: Fmax = None,
+    df: Df = 1.0,
+) -> None:
+    """Compare all routes and write a report; exit code 1 if they disagree."""
+    from mbs_models.model_file import load
+
+    from . import screen
+    from .results import band
+
+    drivetrain = load(model)
+    lines = band(fmin, fmax, df)
+    screen.warn(drivetrain.warnings())
+    from .cross_check import cross_check  # takes its time to load: bad input is told before
+    from .report import write_report
+
+    with screen.progress() as progress:
+        result = cross_check(drivetrain, lines, published=model, progress=progress)
+        progress("writing the report", 0, 1)
+        html, data = write_report(result, out)
+        progress("writing the report", 1, 1)
+    screen.verdicts(result)
+    print(f"Report: {html}\nResults: {data}")
+    if not result.agrees:
+        raise typer.Exit(1)
+
+
+@app.command()
+def modes(
+    model: Model = "paper",
+    route: Annotated[str, typer.Option(help="exudyn or equations.")] = "exudyn",
+    as_json: Annotated[bool, typer.Option("--json", help="Machine-readable.")] = False,
+) -> None:
+    """Natural frequencies, damping ratios and kinds of all modes."""
+    from mbs_models.model_file import load
+
+    from . import screen
+
+    drivetrain = load(model)
+    screen.warn(drivetrain.warnings())
+    if route == "exudyn":
+        from mbs_models.modes import drivetrain_modes as solve
+    elif route == "equations":
+        from .modes import equation_modes as solve
+    else:
+        raise CommandError(f"--route = {route!r}: must be exudyn or equations")
+    found = solve(drivetrain)
+    if not as_json:
+        screen.modes(drivetrain.name, route, found)
+        return
+    listed: list[dict[str, Any]] = [
+        {
+            "frequency_hz": mode.frequency_hz,
+            "damping_ratio": mode.damping_ratio,
+            "kind": str(mode.kind),
+            "round_off_hz": mode.round_off_hz,
+            "kinetic_energy": dict(mode.shares.kinetic),
+            "strain_energy": dict(mode.shares.strain),
+        }
+        for mode in found.modes
+    ]
+    print(json.dumps({"model": model, "route": route, "modes": listed}, indent=1))
+
+
+@app.command()
+def frf(
+    model: Model = "paper",
+    response: Annotated[
+        list[str] | None, typer.Option(help="Response DoFs (repeat, or separate by commas).")
+    ] = None,
+    excitation: Annotated[
+        list[str] | None, typer.Option(help="Excitation DoFs (repeat, or separate by commas).")
+    ] = None,
+    fmin: Fmin = None,
+    fmax: Fmax = None,
+    df: Df = 1.0,
+    route: Annotated[str, typer.Option(help="exudyn, fbs or equations.")] = "exudyn",
+    quantity: Annotated[
+        str, typer.Option(help="receptance, mobility or accelerance.")
+    ] = "receptance",
+    output: Annotated[
+        Path | None, typer.Option(help="A file: .npz, .csv, .uff, .png, .svg or .pdf.")
+    ] = None,
+) -> None:
+    """FRFs between DoFs, drawn on the screen or written to a file."""
+    from mbs_models.model_file import load
+
+    from . import frf_output
+    from .results import band
+    from .routes import frf_by_name
+
+    responses = frf_output.labels("--response", response)
+    excitations = frf_output.labels("--excitation", excitation)
+    if output is not None:
+        frf_output.check_target(output)
+    drivetrain = load(model)
+    frequency = band(fmin, fmax, df).frequency()
+    result = frf_by_name(drivetrain, route, frequency, responses, excitations).to(quantity)
+    if output is None:
+        frf_output.show(result)
+    else:
+        frf_output.write(result, output, title=f"{drivetrain.name} ({route})")
+
+
+@app.command()
+def presets() -> None:
+    """List the drivetrains that come with the package."""
+    from mbs_models.model_file import describe, preset_names
+
+    for name in preset_names():
+        print(describe(name))
+
+
+@app.command()
+def new(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The model file to write.")],
+    source: Annotated[
+        str, typer.Option("--from", metavar="PRESET", help="The preset to start from.")
+    ] = "paper",
+) -> None:
+    """Write a commented model file to start from; never overwrites."""
+    from mbs_models.model_file import template, write_new
+
+    write_new(file, template(source))
+    print(f"{file}: written, from preset '{source}'")
+
+
+@app.command()
+def check(
+    file: Annotated[str, typer.Argument(metavar="FILE", help="A model file, or a preset.")],
+) -> None:
+    """Validate a model file and say what was understood."""
+    from mbs_models.model_file import load
+
+    from . import screen
+
+    drivetrain = load(file)
+    screen.understood(drivetrain)
+    screen.warn(drivetrain.warnings())
+
+
+if __name__ == "__main__":
+    main()

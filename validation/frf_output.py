@@ -1,0 +1,152 @@
+"""FRFs for a user: drawn in the terminal, or written to a file by its ending."""
+
+from __future__ import annotations
+
+import csv
+import os
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fbs import Frf, Quantity
+
+from .errors import CommandError
+
+UNITS = {Quantity.RECEPTANCE: "m/N", Quantity.MOBILITY: "m/(N s)", Quantity.ACCELERANCE: "m/(N s²)"}
+
+
+def labels(option: str, given: Sequence[str] | None) -> tuple[str, ...]:
+    """DoF labels of a repeated or comma-separated option."""
+    found = tuple(label for item in given or () for label in item.split(",") if label)
+    if not found:
+        raise CommandError(f"{option} is missing: give a DoF such as planetary.sun.w")
+    return found
+
+
+def check_target(path: Path) -> None:
+    """Refuse a file that cannot be written before anything is computed."""
+    if path.suffix not in WRITERS:
+        raise CommandError(
+            f"--output = {path}: the ending {path.suffix or '(none)'} is not known; allowed: "
+            f"{', '.join(WRITERS)}"
+        )
+    if path.is_dir():
+        raise CommandError(f"--output = {path}: is a directory; give a file")
+    if not path.resolve().parent.is_dir():
+        raise CommandError(f"--output = {path}: the directory does not exist")
+
+
+def write(frf: Frf, path: Path, title: str) -> None:
+    """Write an FRF by the file's ending; an existing file is replaced whole or not at all."""
+    handle, name = tempfile.mkstemp(suffix=path.suffix, dir=path.resolve().parent)
+    os.close(handle)
+    temporary = Path(name)
+    try:
+        WRITERS[path.suffix](frf, temporary, title)
+        temporary.chmod(0o644)
+        os.replace(temporary, path)
+    except OSError as error:
+        raise CommandError(f"--output = {path}: cannot be written: {error.strerror}") from error
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _write_npz(frf: Frf, path: Path, title: str) -> None:
+    np.savez_compressed(
+        path,
+        frequency=frf.frequency,
+        values=frf.values,
+        responses=np.array(frf.responses),
+        excitations=np.array(frf.excitations),
+        quantity=np.array(str(frf.quantity)),
+    )
+
+
+def _write_csv(frf: Frf, path: Path, title: str) -> None:
+    header = ["frequency_hz"]
+    columns = [frf.frequency]
+    for response, excitation, values in _curves(frf):
+        header += [f"{part} {response} <- {excitation}" for part in ("re", "im")]
+        columns += [values.real, values.imag]
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(header)
+        writer.writerows(np.column_stack(columns).tolist())
+
+
+def _write_uff(frf: Frf, path: Path, title: str) -> None:
+    from fbs.uff import write_uff
+
+    write_uff(frf, path)
+
+
+def _write_picture(frf: Frf, path: Path, title: str) -> None:
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9.0, 6.0), layout="constrained")
+    magnitude, phase = figure.subplots(2, sharex=True, height_ratios=(3, 1))
+    for response, excitation, values in _curves(frf):
+        magnitude.semilogy(frf.frequency, np.abs(values), label=f"{response} ← {excitation}", lw=1)
+        phase.plot(frf.frequency, np.degrees(np.angle(values)), lw=1)
+    magnitude.set_ylabel(f"{frf.quantity}, {UNITS[frf.quantity]}")
+    magnitude.set_title(title)
+    magnitude.legend(fontsize="small")
+    phase.set(xlabel="frequency, Hz", ylabel="phase, °", yticks=(-180, -90, 0, 90, 180))
+    for axes in (magnitude, phase):
+        axes.grid(alpha=0.3)
+    figure.savefig(path)
+
+
+WRITERS: Mapping[str, Callable[[Frf, Path, str], None]] = {
+    ".npz": _write_npz,
+    ".csv": _write_csv,
+    ".uff": _write_uff,
+    ".png": _write_picture,
+    ".svg": _write_picture,
+    ".pdf": _write_picture,
+}
+
+
+def _curves(frf: Frf) -> Iterator[tuple[str, str, NDArray[np.complex128]]]:
+    for i, response in enumerate(frf.responses):
+        for j, excitation in enumerate(frf.excitations):
+            yield response, excitation, frf.values[:, i, j]
+
+
+def show(frf: Frf) -> None:
+    """Draw |H| in dB over frequency in the terminal, one chart per FRF."""
+    width = max(40, min(shutil.get_terminal_size((100, 24)).columns, 160)) - 12
+    for response, excitation, values in _curves(frf):
+        with np.errstate(divide="ignore"):
+            level = 20.0 * np.log10(np.abs(values))
+        print(f"{response} ← {excitation}: {frf.quantity}, dB re 1 {UNITS[frf.quantity]}")
+        print(chart(frf.frequency, level, width, height=16))
+
+
+def chart(x: NDArray[np.float64], y: NDArray[np.float64], width: int, height: int) -> str:
+    """A curve in braille dots: each of 2·width columns spans the extremes of its lines."""
+    finite = np.isfinite(y)
+    if not finite.any():
+        return "  (zero at every line)"
+    low, high = float(y[finite].min()), float(y[finite].max())
+    span = high - low or 1.0
+    column = np.minimum(
+        ((x - x[0]) / ((x[-1] - x[0]) or 1.0) * 2 * width).astype(int), 2 * width - 1
+    )
+    row = ((high - np.where(finite, y, low)) / span * (4 * height - 1)).round().astype(int)
+    dots = np.zeros((4 * height, 2 * width), dtype=bool)
+    previous = row[0]
+    for c, r in zip(column, row, strict=True):
+        dots[min(previous, r) : max(previous, r) + 1, c] = True
+        previous = r
+    bits = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]])
+    cells = np.einsum("racb,ab->rc", dots.reshape(height, 4, width, 2), bits)
+    lines = ["".join(chr(0x2800 + int(cell)) for cell in line) for line in cells]
+    marks = {0: f"{high:8.1f}", height // 2: f"{(high + low) / 2:8.1f}", height - 1: f"{low:8.1f}"}
+    body = [f"{marks.get(i, ''):>8} ┤{line}" for i, line in enumerate(lines)]
+    foot = f"{x[0]:g} Hz"
+    return "\n".join([*body, f"{'':9}└{foot}{f'{x[-1]:g} Hz':>{width - len(foot)}}"])

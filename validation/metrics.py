@@ -1,0 +1,67 @@
+"""Measures of agreement between two routes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+Array = NDArray[Any]
+
+
+def scaled_error(reference: Array, other: Array) -> FloatArray:
+    """|ΔH_ij| / √(h_i h_j) per line, h_i the norm of row i of the reference H at that line.
+
+    Antiresonances and DoFs of different size are judged alike: an error counts against what the
+    two DoFs do at that frequency, not against the one value that happens to vanish.
+
+    Parameters
+    ----------
+    reference, other
+        (n_frequency, n, n), the same DoFs as responses and excitations.
+    """
+    row_norm = np.linalg.norm(reference, axis=2)
+    if np.any(row_norm == 0.0):
+        raise ValueError("a DoF of the reference does not respond to anything: nothing to scale by")
+    scale = np.sqrt(row_norm[:, :, None] * row_norm[:, None, :])
+    error: FloatArray = np.abs(other - reference) / scale
+    return error
+
+
+def decibel_difference(reference: Array, other: Array) -> FloatArray:
+    """20 log₁₀|H_other/H_reference| per line (dB)."""
+    difference: FloatArray = 20.0 * np.log10(np.abs(other) / np.abs(reference))
+    return difference
+
+
+def frac(reference: Array, other: Array) -> float:
+    """|Σ H̄ G|² / (Σ|H|² Σ|G|²), the frequency response assurance criterion.
+
+    Reported for its popularity: the few lines at the peaks decide it (Heylen & Lammens 1996).
+    Two FRFs that are zero everywhere (no path between the DoFs) count as equal.
+    """
+    norms = [np.linalg.norm(h) for h in (reference, other)]
+    if not all(norms):
+        return float(norms[0] == norms[1])
+    return float(abs(np.vdot(reference / norms[0], other / norms[1])) ** 2)
+
+
+def subspace_mac(first: Array, second: Array, mass: FloatArray) -> float:
+    """cos² of the largest principal angle between two sets of shapes, in the metric of M.
+
+    For one shape each this is the mass-weighted MAC |φᴴMψ|²/(φᴴMφ · ψᴴMψ); for repeated modes,
+    whose shapes are any basis of their plane, it compares the planes.
+
+    Parameters
+    ----------
+    first, second
+        (n, m) shapes in columns, spanning m dimensions each.
+    mass
+        (n, n) kg.
+    """
+    root = np.linalg.cholesky(mass).T
+    bases = [np.linalg.qr(root @ shapes)[0] for shapes in (first, second)]
+    cosines = np.linalg.svd(bases[0].conj().T @ bases[1], compute_uv=False)
+    return float(min(cosines) ** 2)

@@ -1,0 +1,171 @@
+"""report.html: what the cross-check found, in one file that needs nothing else."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from mbs_models.mode_kinds import Mode
+from mbs_models.model_file import dumps
+
+from ..results import Check, CrossCheck, FrfComparison, PoleRow
+from .error_figures import largest_error, worst_comparison
+from .figures import draw_figures
+from .provenance import Provenance
+from .style import CURVE_COLUMNS, ERROR_COLUMNS, part_colors
+from .words import disagreements, pair_in_words, route_in_words, verdict
+
+MARGIN_DECADES = (-12.0, 6.0)  # value / tolerance that the margin strip spans
+
+
+def report_html(result: CrossCheck, made: Provenance) -> str:
+    """The text of report.html."""
+    drivetrain = result.drivetrain
+    parts = [part.name for part in (*drivetrain.stages, *drivetrain.couplings)]
+    reasons = list(dict.fromkeys(check.reason for check in result.checks))
+    worst = worst_comparison(result)
+    routes = [result.reference, *(c.route for c in result.comparisons)]
+    return (
+        _environment()
+        .get_template("report.html")
+        .render(
+            result=result,
+            made=made,
+            verdict=verdict(result),
+            disagreements=disagreements(result),
+            worst=worst,
+            largest_error=largest_error(worst),
+            agreed=sum(check.agrees for check in result.checks),
+            frf_count=len(result.dofs) ** 2,
+            reasons=reasons,
+            checks=[_check_row(check, reasons) for check in result.checks],
+            tolerance_at=_along_strip(1.0),
+            mode_columns=_mode_columns(result),
+            modes=[
+                _mode_row(mode, pole, result.reference)
+                for mode, pole in zip(result.modes.modes, result.poles, strict=True)
+            ],
+            parts=part_colors(parts),
+            comparisons=[_comparison_row(comparison) for comparison in result.comparisons],
+            figures=draw_figures(result),
+            pair_in_words=lambda response, excitation: pair_in_words(
+                drivetrain, response, excitation
+            ),
+            routes={route: route_in_words(route) for route in routes},
+            columns=CURVE_COLUMNS,
+            error_columns=ERROR_COLUMNS,
+            parameters=dumps(drivetrain),
+        )
+    )
+
+
+def _environment() -> Environment:
+    environment = Environment(
+        loader=PackageLoader("validation.report", package_path=""),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters.update(scientific=scientific, hertz=hertz, count=grouped)
+    return environment
+
+
+@dataclass(frozen=True)
+class CheckRow:
+    """A check, the number of its reason's footnote, and where its value lies on the strip (%)."""
+
+    check: Check
+    reason: int
+    position: float
+
+
+@dataclass(frozen=True)
+class ModeRow:
+    """A mode: the reference's frequency, and every other route's relative difference from it."""
+
+    mode: Mode
+    pole: PoleRow
+    differences: Mapping[str, float]
+    damping_difference: float
+    mac_defect: float
+
+
+@dataclass(frozen=True)
+class ComparisonRow:
+    """A route's FRFs against the reference's, in numbers."""
+
+    comparison: FrfComparison
+    largest: float
+    median: float
+
+
+def _check_row(check: Check, reasons: list[str]) -> CheckRow:
+    if check.tolerance:
+        ratio = check.value / check.tolerance
+    else:
+        ratio = math.inf if check.value else 0.0
+    return CheckRow(check, reasons.index(check.reason) + 1, _along_strip(ratio))
+
+
+def _along_strip(ratio: float) -> float:
+    """Where value / tolerance lies on the margin strip (% of its length)."""
+    first, last = MARGIN_DECADES
+    if not ratio > 0.0:
+        return 100.0 if math.isnan(ratio) else 0.0
+    decade = min(max(math.log10(ratio), first), last)
+    return round(100.0 * (decade - first) / (last - first), 1)
+
+
+def _mode_columns(result: CrossCheck) -> list[str]:
+    """The routes that have poles, the reference first."""
+    return list(dict.fromkeys(route for pole in result.poles for route in pole.frequency_hz))
+
+
+def _mode_row(mode: Mode, pole: PoleRow, reference: str) -> ModeRow:
+    f = pole.frequency_hz[reference]
+    zeta = pole.damping_ratio[reference]
+    return ModeRow(
+        mode=mode,
+        pole=pole,
+        differences={
+            route: (other - f) / f if f else other
+            for route, other in pole.frequency_hz.items()
+            if route != reference
+        },
+        damping_difference=max(abs(other - zeta) for other in pole.damping_ratio.values()),
+        mac_defect=max((0.0, *(1.0 - mac for mac in pole.subspace_mac.values()))),
+    )
+
+
+def _comparison_row(comparison: FrfComparison) -> ComparisonRow:
+    return ComparisonRow(
+        comparison=comparison,
+        largest=largest_error(comparison),
+        median=float(np.median(comparison.line_max)),
+    )
+
+
+def scientific(value: float, digits: int = 2, *, signed: bool = False) -> str:
+    """1.8e-16, with no zeros to pad the exponent; 0 where it is exactly that."""
+    if value == 0.0 or not math.isfinite(value):
+        return {math.inf: "∞", -math.inf: "−∞"}.get(value, "not a number") if value else "0"
+    sign = "+" if signed else ""
+    if 1e-3 <= abs(value) < 1e3:
+        return f"{float(f'{value:.{digits + 1}g}'):{sign}g}".replace("-", "−")
+    mantissa, exponent = f"{value:{sign}.{digits - 1}e}".split("e")
+    return f"{mantissa}e{int(exponent)}".replace("-", "−")
+
+
+def hertz(value: float) -> str:
+    """To a thousandth, in groups of three digits."""
+    return f"{value:,.3f}".replace(",", "\u202f")
+
+
+def grouped(value: int) -> str:
+    """A count in groups of three digits."""
+    return f"{value:,}".replace(",", "\u202f")

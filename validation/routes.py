@@ -1,0 +1,203 @@
+"""The routes to an FRF, side by side.
+
+What differs between them is where M, C, K come from (exudyn, or the paper's equations), whether
+the whole is solved or its stages are coupled, and how an FRF is made (solved line by line, or
+summed over modes).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fbs import (
+    CoupledFrf,
+    Frf,
+    Joint,
+    SecondOrderSystem,
+    couple,
+    direct_frf,
+    modal_frf,
+)
+from mbs_models.parameters import Coupling, Drivetrain
+from mbs_models.placement import facings, rigid_end, translation_ends, turning
+
+from . import equations
+from .errors import CommandError
+
+FloatArray = NDArray[np.float64]
+Synthesis = Callable[[SecondOrderSystem, FloatArray], Frf]
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where M, C, K come from: the whole drivetrain's, and a stage's with its halves of the hubs.
+
+    ``synthesis`` makes the FRF of the source's whole system.
+    """
+
+    name: str
+    whole: Callable[[Drivetrain], SecondOrderSystem]
+    stage: Callable[[Drivetrain, str], SecondOrderSystem]
+    synthesis: Synthesis = direct_frf
+
+
+def exudyn_source() -> Source:
+    """exudyn's linearised multibody systems."""
+    from . import multibody  # exudyn takes its time to load: only when it is used
+
+    return Source("exudyn", multibody.drivetrain_system, multibody.stage_system, multibody.frf)
+
+
+EQUATIONS = Source("equations", equations.drivetrain_system, equations.stage_system)
+
+
+@dataclass(frozen=True)
+class Model:
+    """One source's matrices of a drivetrain: whole, and by stage."""
+
+    source: str
+    whole: SecondOrderSystem
+    stages: Mapping[str, SecondOrderSystem]
+    joints: tuple[Joint, ...]
+
+
+def build_model(source: Source, drivetrain: Drivetrain) -> Model:
+    """Build a source's systems of a drivetrain."""
+    return Model(
+        source=source.name,
+        whole=source.whole(drivetrain),
+        stages={part.name: source.stage(drivetrain, part.name) for part in drivetrain.parts},
+        joints=tuple(j for c in drivetrain.couplings for j in coupling_joints(drivetrain, c)),
+    )
+
+
+def coupling_joints(drivetrain: Drivetrain, coupling: Coupling) -> tuple[Joint, ...]:
+    """What joins the two parts of a coupling once they are split.
+
+    A hub's halves are made one again at ``<coupling>.w``; a massless hub is its spring; coupled
+    translations are their springs.
+    """
+    hub = shaft_joint(drivetrain, coupling) if coupling.massless else hub_joint(coupling)
+    moves = (translation_joint(drivetrain, coupling, dof) for dof in coupling.dofs)
+    return tuple(joint for joint in (hub, *moves) if joint is not None)
+
+
+def hub_joint(coupling: Coupling) -> Joint:
+    """The two halves of a hub made one again: ``<coupling>.w`` of both parts."""
+    first, second = (body.partition(".")[0] for body in (coupling.first, coupling.second))
+    return Joint((first, f"{coupling.name}.w"), (second, f"{coupling.name}.w"))
+
+
+def shaft_joint(drivetrain: Drivetrain, coupling: Coupling) -> Joint | None:
+    """The spring of a massless hub, from its rigid end's r·θ to the other body's w."""
+    near = rigid_end(coupling)
+    far, stiffness = next(end for end in coupling.ends if end != near)
+    if stiffness == 0.0:
+        return None
+    facing = facings(drivetrain)
+    alike = turning(facing, coupling.first) * turning(facing, far)
+    ratio = alike * coupling.radius / drivetrain.radius(far)
+    return _joint(
+        drivetrain, (near[0].partition(".")[0], f"{coupling.name}.w"), f"{far}.w", ratio, stiffness
+    )
+
+
+def translation_joint(drivetrain: Drivetrain, coupling: Coupling, dof: str) -> Joint | None:
+    """The spring of a coupled translation."""
+    first, second, sign = translation_ends(drivetrain, coupling, dof)
+    spring = coupling.dofs[dof]  # type: ignore[index]  # the keys are those literals
+    end = (first.partition(".")[0], first)
+    return _joint(drivetrain, end, second, sign, spring.stiffness, spring.damping)
+
+
+def _joint(
+    drivetrain: Drivetrain,
+    first: tuple[str, str],
+    second: str,
+    ratio: float,
+    stiffness: float | str,
+    damping: float | None = None,
+) -> Joint | None:
+    end = (second.partition(".")[0], second)
+    if isinstance(stiffness, str):
+        return Joint(first, end, ratio=ratio)
+    own = drivetrain.damping.stiffness_proportional * stiffness
+    damper = own if damping is None else damping
+    if stiffness == 0.0 and damper == 0.0:
+        return None
+    return Joint(first, end, stiffness, damper, ratio)
+
+
+MODAL = ", modal synthesis"
+
+
+@dataclass(frozen=True)
+class Route:
+    """A way from a model to the FRFs of the whole."""
+
+    name: str
+    frf: Callable[[FloatArray], Frf]
+    modal: bool = False  # summed over modes, not solved line by line
+
+
+def whole_route(model: Model, synthesis: Synthesis = direct_frf) -> Route:
+    """The whole system's own FRF."""
+    modal = synthesis is modal_frf
+    name = model.source + (MODAL if modal else "")
+    return Route(name, lambda frequency: synthesis(model.whole, frequency), modal)
+
+
+def fbs_route(model: Model, synthesis: Synthesis = direct_frf) -> Route:
+    """FBS: the stages' FRFs, coupled at the hubs."""
+    modal = synthesis is modal_frf
+    name = f"FBS of {model.source} stages" + (MODAL if modal else "")
+    return Route(name, lambda frequency: couple_stages(model, frequency, synthesis).frf, modal)
+
+
+def couple_stages(
+    model: Model, frequency: FloatArray, synthesis: Synthesis = direct_frf
+) -> CoupledFrf:
+    """The stages' FRFs, coupled at the hubs."""
+    stages = {name: synthesis(system, frequency) for name, system in model.stages.items()}
+    return couple(stages, model.joints)
+
+
+def comparison_routes(exudyn: Model, equations_model: Model) -> tuple[Route, ...]:
+    """Every route that is held against exudyn's whole system."""
+    return (
+        whole_route(equations_model),
+        fbs_route(exudyn),
+        fbs_route(equations_model),
+        whole_route(exudyn, modal_frf),
+        fbs_route(exudyn, modal_frf),
+    )
+
+
+def frf_by_name(
+    drivetrain: Drivetrain,
+    route: str,
+    frequency: FloatArray,
+    responses: Sequence[str],
+    excitations: Sequence[str],
+) -> Frf:
+    """The FRFs of one route, by its name on the command line: exudyn, fbs or equations.
+
+    Raises
+    ------
+    CommandError
+        There is no such route.
+    """
+    if route == "fbs":
+        model = build_model(exudyn_source(), drivetrain)
+        return couple_stages(model, frequency).frf.select(responses, excitations)
+    if route == "exudyn":
+        system = exudyn_source().whole(drivetrain)
+    elif route == "equations":
+        system = EQUATIONS.whole(drivetrain)
+    else:
+        raise CommandError(f"--route = {route!r}: must be exudyn, fbs or equations")
+    return direct_frf(system, frequency, responses, excitations)

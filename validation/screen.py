@@ -1,0 +1,128 @@
+"""What the commands print: tables, warnings, progress."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.table import Table
+
+from mbs_models.mode_kinds import Modes
+from mbs_models.parameters import Drivetrain, ParallelStage
+
+from .results import CrossCheck
+
+
+def warn(warnings: Sequence[str]) -> None:
+    """Print warnings to standard error."""
+    for warning in warnings:
+        print(f"warning: {warning}", file=sys.stderr)
+
+
+@contextmanager
+def progress() -> Iterator[Callable[[str, int, int], None]]:
+    """A progress bar on standard error, gone when done; silent where nobody watches."""
+    console = Console(stderr=True)
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+    )
+    with Progress(
+        *columns, console=console, transient=True, disable=not console.is_terminal
+    ) as bars:
+        tasks = {}
+
+        def step(name: str, done: int, total: int) -> None:
+            if name not in tasks:
+                tasks[name] = bars.add_task(name, total=total)
+            bars.update(tasks[name], completed=done, total=total)
+
+        yield step
+
+
+def verdicts(result: CrossCheck) -> None:
+    """Print the verdict table and, where routes disagree, where and by what."""
+    table = Table(title=f"{result.drivetrain.name}: cross-check", title_justify="left")
+    for header in ("comparison", "of", "routes"):
+        table.add_column(header)
+    for header in ("value", "allowed"):
+        table.add_column(header, justify="right")
+    table.add_column("verdict")
+    for check in result.checks:
+        verdict = "[green]agree[/]" if check.agrees else "[bold red]DISAGREE[/]"
+        table.add_row(
+            check.name,
+            check.subject,
+            " – ".join(check.routes),
+            f"{check.value:.1e}",
+            f"{check.tolerance:.0e}",
+            verdict,
+        )
+    console = _console()
+    console.print(table)
+    for check in result.checks:
+        if not check.agrees:
+            console.print(f"[bold red]{check.name}, {check.subject}: {' – '.join(check.routes)}[/]")
+            for finding in check.findings:
+                console.print(f"  {finding}", markup=False)
+    worst = max(float(c.line_max.max()) for c in result.comparisons)
+    n_frf = len(result.dofs) ** 2
+    console.print(
+        f"{'All routes agree' if result.agrees else 'The routes DISAGREE'}: {n_frf} FRFs, "
+        f"{len(result.frequency)} lines each, largest scaled error {worst:.1e}."
+    )
+
+
+def modes(title: str, route: str, found: Modes) -> None:
+    """Print a table of modes."""
+    table = Table(title=f"{title}: modes by {route}", title_justify="left")
+    table.add_column("#", justify="right")
+    table.add_column("frequency, Hz", justify="right")
+    table.add_column("damping ratio", justify="right")
+    table.add_column("kind")
+    table.add_column("kinetic energy")
+    for number, mode in enumerate(found.modes, start=1):
+        shares = sorted(mode.shares.kinetic.items(), key=lambda item: -item[1])
+        where = ", ".join(f"{name} {share:.0%}" for name, share in shares if share >= 0.005)
+        table.add_row(
+            str(number), f"{mode.frequency_hz:.2f}", f"{mode.damping_ratio:.5f}", mode.kind, where
+        )
+    _console().print(table)
+
+
+def understood(drivetrain: Drivetrain) -> None:
+    """Print what a model file was understood to say."""
+    print(f"{drivetrain.name}: valid")
+    n_dofs = 0
+    for stage in drivetrain.stages:
+        if isinstance(stage, ParallelStage):
+            ratio = stage.wheel.base_radius / stage.pinion.base_radius
+            print(
+                f"  stage '{stage.name}': parallel, ratio {ratio:.4g}, "
+                f"helix angle {stage.helix_angle:g}°, 8 DoFs"
+            )
+            n_dofs += 8
+        else:
+            n = stage.planet_count
+            print(
+                f"  stage '{stage.name}': planetary, {n} planets, ring radius "
+                f"{stage.ring_radius:.4g} m, carrier radius {stage.carrier_radius:.4g} m, "
+                f"{9 + 3 * n} DoFs"
+            )
+            n_dofs += 9 + 3 * n
+    for coupling in drivetrain.couplings:
+        springs = " and ".join("rigid" if k == "rigid" else f"{k:g} N/m" for _, k in coupling.ends)
+        print(f"  coupling '{coupling.name}': {coupling.first} – {coupling.second}, {springs}")
+        n_dofs += 1 - sum(k == "rigid" for _, k in coupling.ends)
+    print(f"  {n_dofs} DoFs in all")
+
+
+def _console() -> Console:
+    console = Console()
+    # A table cut to 80 columns in a file or a pipe would hide what it is read for.
+    return console if console.is_terminal else Console(width=160)
