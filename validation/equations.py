@@ -105,6 +105,20 @@ def rigid_body_motions(drivetrain: Drivetrain) -> int:
     return len(dofs) - int(np.linalg.matrix_rank(np.array(rows))) if rows else len(dofs)
 
 
+def locking_couplings(drivetrain: Drivetrain) -> tuple[str, ...]:
+    """Couplings that close a loop and leave nothing to turn: the loop's radii contradict."""
+    if rigid_body_motions(drivetrain) > 0:
+        return ()
+    locking = []
+    for coupling in drivetrain.couplings:
+        others = tuple(c for c in drivetrain.couplings if c is not coupling)
+        opened = drivetrain.model_copy(update={"couplings": others})
+        still_joined = len(opened.groups()) == len(drivetrain.groups())
+        if still_joined and rigid_body_motions(opened) > 0:
+            locking.append(coupling.name)
+    return tuple(locking)
+
+
 def assemble(lumped: Lumped, damping: Damping) -> SecondOrderSystem:
     """M = diag(m), K = Σ k v vᵀ, C = Σ c v vᵀ + α M, tied DoFs eliminated by q = L q_leaders."""
     beta, alpha = damping.stiffness_proportional, damping.mass_proportional

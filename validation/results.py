@@ -31,19 +31,31 @@ class Band:
         return frequency_axis(self.fmin, self.fmax, self.df)
 
 
-def band(fmin: float | None, fmax: float | None, df: float) -> Band:
-    """A band whose open ends are the multiples of df within 1 Hz … 15 kHz.
+STEPS = [step * 10.0**decade for decade in range(8) for step in (1.0, 2.0, 5.0)]
+# Values a route computes by default: 1 Hz steps to 15 kHz for 57 DoFs, coarser for larger systems.
+DEFAULT_VALUES = 5e7
+
+
+def band(fmin: float | None, fmax: float | None, df: float | None, n_dofs: int = 1) -> Band:
+    """A band from what is given of it.
+
+    The step defaults to 1 Hz, or to the first of 2, 5, 10 … Hz at which all FRFs of a large system
+    are no more than 5e7 values; open ends are the multiples of the step within 1 Hz … 15 kHz.
 
     Raises
     ------
     FbsError
         The step or a limit is no number an axis can be made of.
     """
-    if fmin is None or fmax is None:
-        whole = frequency_axis(0.0, df, df)[1]  # refuses a step that is none
-        steps_below, steps = math.ceil(1.0 / whole), math.floor(15000.0 / whole)
-        fmin = max(steps_below, 1) * whole if fmin is None else fmin
-        fmax = max(steps, steps_below) * whole if fmax is None else fmax
+    if df is None:
+        lines = DEFAULT_VALUES / n_dofs**2
+        df = next(step for step in STEPS if ((fmax or 15000.0) - (fmin or 0.0)) / step <= lines)
+    step = frequency_axis(0.0, df, df)[1]  # refuses a step that is none
+    first = max(math.ceil(1.0 / step), 1)
+    if fmin is None:
+        fmin = first * step
+    if fmax is None:
+        fmax = max(math.floor(15000.0 / step), first) * step
     return Band(fmin, fmax, df)
 
 

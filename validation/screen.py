@@ -5,13 +5,14 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from math import cos
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
-from mbs_models.mode_kinds import Modes
-from mbs_models.parameters import Drivetrain, ParallelStage
+from mbs_models.mode_kinds import Modes, label_inertias
+from mbs_models.parameters import Drivetrain, ParallelStage, PlanetaryStage
 
 from .results import CrossCheck
 
@@ -95,31 +96,35 @@ def modes(title: str, route: str, found: Modes) -> None:
     _console().print(table)
 
 
-def understood(drivetrain: Drivetrain) -> None:
+def understood(drivetrain: Drivetrain, expected: int, found: int) -> None:
     """Print what a model file was understood to say."""
     print(f"{drivetrain.name}: valid")
-    n_dofs = 0
     for stage in drivetrain.stages:
-        if isinstance(stage, ParallelStage):
-            ratio = stage.wheel.base_radius / stage.pinion.base_radius
-            print(
-                f"  stage '{stage.name}': parallel, ratio {ratio:.4g}, "
-                f"helix angle {stage.helix_angle:g}°, 8 DoFs"
-            )
-            n_dofs += 8
-        else:
-            n = stage.planet_count
-            print(
-                f"  stage '{stage.name}': planetary, {n} planets, ring radius "
-                f"{stage.ring_radius:.4g} m, carrier radius {stage.carrier_radius:.4g} m, "
-                f"{9 + 3 * n} DoFs"
-            )
-            n_dofs += 9 + 3 * n
+        print(f"  stage '{stage.name}': {_stage(stage)}")
+    for rotor in drivetrain.inertias:
+        print(f"  inertia '{rotor.name}': {rotor.rotary_mass * rotor.radius**2:g} kg m²")
     for coupling in drivetrain.couplings:
-        springs = " and ".join("rigid" if k == "rigid" else f"{k:g} N/m" for _, k in coupling.ends)
-        print(f"  coupling '{coupling.name}': {coupling.first} – {coupling.second}, {springs}")
-        n_dofs += 1 - sum(k == "rigid" for _, k in coupling.ends)
-    print(f"  {n_dofs} DoFs in all")
+        springs = " and ".join(k if isinstance(k, str) else f"{k:g} N/m" for _, k in coupling.ends)
+        moves = f", and along {', '.join(coupling.dofs)}" if coupling.dofs else ""
+        ends = f"{coupling.first} – {coupling.second}"
+        print(f"  coupling '{coupling.name}': {ends}, {springs}{moves}")
+    print(f"  {len(label_inertias(drivetrain))} DoF labels in all")
+    verdict = "as found in K" if expected == found else f"but {found} found in K"
+    print(f"  rigid-body modes: {expected} by what springs there are, {verdict}")
+
+
+def _stage(stage: ParallelStage | PlanetaryStage) -> str:
+    if isinstance(stage, ParallelStage):
+        ratio = stage.wheel.base_radius / stage.pinion.base_radius
+        return f"parallel, ratio {ratio:.4g}, helix angle {stage.helix_angle:g}°, 8 DoFs"
+    # w_s + w_r = w_c (cos α_s + cos α_r) where no mesh is strained (Eq. 1)
+    cosines = cos(stage.sun_mesh_angle) + cos(stage.ring_mesh_angle)
+    ratio = stage.carrier_radius * cosines / stage.sun.base_radius
+    n = stage.planet_count
+    return (
+        f"planetary, {n} planets, sun to carrier {ratio:.4g} with the ring held, ring radius "
+        f"{stage.ring_radius:.4g} m, carrier radius {stage.carrier_radius:.4g} m, {9 + 3 * n} DoFs"
+    )
 
 
 def _console() -> Console:

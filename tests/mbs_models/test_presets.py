@@ -29,11 +29,13 @@ def rotary_masses(stage: PlanetaryStage) -> tuple[float, ...]:
 
 def test_names() -> None:
     assert preset_names() == (
+        "geared-torsional",
         "lin-parker-3",
         "lin-parker-4",
         "lin-parker-5",
         "paper",
         "paper-table2",
+        "wind-turbine",
     )
 
 
