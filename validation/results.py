@@ -14,21 +14,33 @@ from fbs import frequency_axis
 from mbs_models.mode_kinds import Modes
 from mbs_models.parameters import Drivetrain
 
+from .peaks import Resonance
+from .replacement import Replacement
+
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[Any]
 
 
 @dataclass(frozen=True)
 class Band:
-    """The frequency lines fmin, fmin + df, … fmax (Hz)."""
+    """The frequency lines fmin, fmin + df, … fmax (Hz), or those of a file."""
 
     fmin: float = 1.0
     fmax: float = 15000.0
     df: float = 1.0
+    lines: FloatArray | None = field(default=None, compare=False, repr=False)
 
     def frequency(self) -> FloatArray:
         """The lines (Hz); refuses limits that are no axis."""
+        if self.lines is not None:
+            return self.lines
         return frequency_axis(self.fmin, self.fmax, self.df)
+
+    @classmethod
+    def of(cls, lines: FloatArray) -> Band:
+        """The band of given lines; df is their mean step (0 for a single line)."""
+        first, last = float(lines[0]), float(lines[-1])
+        return cls(first, last, (last - first) / max(len(lines) - 1, 1), lines)
 
 
 STEPS = [step * 10.0**decade for decade in range(8) for step in (1.0, 2.0, 5.0)]
@@ -50,7 +62,7 @@ def band(fmin: float | None, fmax: float | None, df: float | None, n_dofs: int =
     if df is None:
         lines = DEFAULT_VALUES / n_dofs**2
         df = next(step for step in STEPS if ((fmax or 15000.0) - (fmin or 0.0)) / step <= lines)
-    step = frequency_axis(0.0, df, df)[1]  # refuses a step that is none
+    step = float(frequency_axis(0.0, df, df)[1])  # refuses a step that is none
     first = max(math.ceil(1.0 / step), 1)
     if fmin is None:
         fmin = first * step
@@ -130,6 +142,83 @@ class FrfComparison:
     frac: tuple[float, str]
 
 
+@dataclass(frozen=True, eq=False)
+class CurveChange:
+    """What a swap changes in one FRF.
+
+    Attributes
+    ----------
+    response, excitation
+        Which FRF.
+    before, after
+        (n_frequency,) receptance (m/N): the model's, and with the file's.
+    decibel
+        (n_frequency,) 20 log₁₀|after/before|; NaN where both are round-off.
+    largest_db, at_hz, rms_db
+        The difference of largest modulus, where it is, and the root mean square over the band
+        (NaN where there is none).
+    scaled_error, frac
+        The largest scaled error over the band, and the FRAC of before and after.
+    resonances
+        Of a drive point: its peaks before and after.
+    """
+
+    response: str
+    excitation: str
+    before: ComplexArray
+    after: ComplexArray
+    decibel: FloatArray
+    largest_db: float
+    at_hz: float
+    rms_db: float
+    scaled_error: float
+    frac: float
+    resonances: tuple[Resonance, ...]
+
+    @property
+    def name(self) -> str:
+        """``planetary.sun.w``, or ``response ← excitation``."""
+        if self.response == self.excitation:
+            return self.response
+        return f"{self.response} ← {self.excitation}"
+
+
+@dataclass(frozen=True, eq=False)
+class Swap:
+    """What changes when parts' FRFs come from files: findings, not disagreements.
+
+    Attributes
+    ----------
+    replacements
+        The parts and their files.
+    responses, excitations
+        Labels of the FRFs compared: those of the whole that the swapped assembly has.
+    comparison
+        The swapped assembly against the reference; ``pair_max`` by ``responses`` and
+        ``excitations``.
+    changes
+        Whether any scaled error is more than a file's digits and round-off explain.
+    curves
+        The report's FRFs of the assembly before and after.
+    not_compared
+        (response, excitation) of the report's FRFs that the files leave out.
+    interfaces
+        Part → drive points at its interface DoFs, of the part alone: the model's and the file's.
+    resonances
+        All drive points' resonances, each once.
+    """
+
+    replacements: tuple[Replacement, ...]
+    responses: tuple[str, ...]
+    excitations: tuple[str, ...]
+    comparison: FrfComparison
+    changes: bool
+    curves: tuple[CurveChange, ...]
+    not_compared: tuple[tuple[str, str], ...]
+    interfaces: Mapping[str, tuple[CurveChange, ...]]
+    resonances: tuple[Resonance, ...]
+
+
 @dataclass(frozen=True)
 class CrossCheck:
     """Everything a report says.
@@ -162,6 +251,8 @@ class CrossCheck:
         (n_frequency,) amplification in the interface kernel, or empty if nothing is coupled.
     timings
         Seconds by step.
+    swap
+        What changes with parts from files; None if there are none.
     """
 
     drivetrain: Drivetrain
@@ -178,6 +269,7 @@ class CrossCheck:
     curves: Mapping[tuple[str, str], Mapping[str, ComplexArray]]
     kernel_condition: FloatArray
     timings: Mapping[str, float] = field(default_factory=dict)
+    swap: Swap | None = None
 
     @property
     def agrees(self) -> bool:

@@ -180,3 +180,28 @@ def test_published_values_are_checked() -> None:
     (check,) = [c for c in result.checks if c.name == "Published natural frequencies"]
     assert not check.agrees
     assert any("published" in finding for finding in check.findings)
+
+
+@pytest.mark.slow
+def test_a_chain_of_ten_stages() -> None:
+    """167 DoFs, ten substructures: all 27 889 FRFs on the default lines of so large a system."""
+    planetary = load("lin-parker-4").stage("planetary").model_dump(exclude_unset=True)
+    parallel = paper().stage("reducer").model_dump(exclude_unset=True)
+    stages = [(planetary if i % 3 else parallel) | {"name": f"s{i}"} for i in range(10)]
+    ends = {"planetary": ("sun", "carrier"), "parallel": ("pinion", "wheel")}
+    couplings = [
+        {
+            "name": f"c{i}",
+            "first": f"s{i}.{ends[stages[i]['type']][1]}",
+            "second": f"s{i + 1}.{ends[stages[i + 1]['type']][0]}",
+            "radius": 0.05,
+            "inertia_over_r2": 0.01,
+            "first_stiffness": 1e8,
+            "second_stiffness": 1e7,
+        }
+        for i in range(9)
+    ]
+    drivetrain = changed(paper(), name="chain", stage=stages, coupling=couplings)
+    result = cross_check(damped(drivetrain), Band(50.0, 15000.0, 50.0))
+    assert disagreements(result) == {}
+    assert len(result.dofs) == 167
