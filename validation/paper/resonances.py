@@ -1,0 +1,109 @@
+"""Natural frequencies to mark in a figure: kind, multiplicity, and whether an FRF sees them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from fbs import RealModes
+from mbs_models.mode_kinds import FAMILY_SHARE, REPEATED, Kind, family_bases, label_inertias
+
+from .model import PaperCase, Systems
+from .results import FloatArray, Resonance
+
+SEEN = 1e-12
+"""√(m_i m_j)|φ_i φ_j| of a mode an FRF does not see is round-off, below this."""
+
+HUB_SHARE = 0.5
+"""A mode with most of its kinetic energy in the hub is the hub's (the paper's coupling mode)."""
+
+HUB_KIND = "hub"
+
+
+def resonances(
+    systems: Systems,
+    part: str,
+    shaft: float,
+    pair: tuple[str, str],
+    end_hz: float,
+    name: str,
+) -> tuple[Resonance, ...]:
+    """Elastic natural frequencies of the whole (``part`` empty) or of a stage, up to ``end_hz``.
+
+    Parameters
+    ----------
+    systems, part, shaft
+        Which system.
+    pair
+        Response and excitation of the FRF that may see them.
+    end_hz
+        Upper end of the band.
+    name
+        What the figure calls the system.
+    """
+    modes = systems.modes(part, shaft)
+    kinds = mode_kinds(systems.case.with_shaft(shaft), modes, part)
+    inertias = label_inertias(systems.case.drivetrain)
+    rows = [modes.dofs.index(label) for label in pair]
+    weight = np.sqrt(inertias[pair[0]] * inertias[pair[1]])
+    marks = []
+    for group in repeated(modes):
+        frequency = float(modes.natural_frequencies[group[0]])
+        if frequency <= end_hz:
+            residue = float(np.abs(modes.shapes[rows[0], group] @ modes.shapes[rows[1], group]))
+            seen = bool(weight * residue > SEEN)
+            marks.append(Resonance(name, frequency, len(group), kinds[group[0]], seen))
+    return tuple(marks)
+
+
+def repeated(modes: RealModes) -> Iterator[list[int]]:
+    """Elastic modes in groups of equal frequency."""
+    group: list[int] = []
+    f = modes.natural_frequencies
+    for mode in range(modes.n_rigid, len(f)):
+        if group and f[mode] - f[group[0]] > REPEATED * f[mode]:
+            yield group
+            group = []
+        group.append(mode)
+    if group:
+        yield group
+
+
+def mode_kinds(case: PaperCase, modes: RealModes, part: str) -> list[str]:
+    """The kind of every mode of the whole, or of one stage with its half hub."""
+    if not part:
+        return _kinds_of_whole(case)
+    inertias = label_inertias(case.drivetrain)
+    mass = np.array([inertias[label] for label in modes.dofs])
+    mass[modes.dofs.index(case.hub)] /= 2.0
+    energy = mass[:, None] * modes.shapes**2
+    kinds: list[str] = [Kind.RIGID_BODY] * modes.n_rigid
+    for mode in range(modes.n_rigid, modes.shapes.shape[1]):
+        if energy[modes.dofs.index(case.hub), mode] > HUB_SHARE * energy[:, mode].sum():
+            kinds.append(HUB_KIND)
+        elif part == case.parallel.name:
+            kinds.append(Kind.PARALLEL_STAGE)
+        else:
+            kinds.append(_family(case, modes, mode, np.sqrt(mass)))
+    return kinds
+
+
+def _kinds_of_whole(case: PaperCase) -> list[str]:
+    from mbs_models.modes import drivetrain_modes  # exudyn takes its time to load
+
+    return [mode.kind for mode in drivetrain_modes(case.drivetrain).modes]
+
+
+def _family(case: PaperCase, modes: RealModes, mode: int, root: FloatArray) -> str:
+    """The family that holds a planetary mode's kinetic energy."""
+    weighted = root * modes.shapes[:, mode]
+    rest = float(np.sum(weighted**2)) - float(weighted[modes.dofs.index(case.hub)] ** 2)
+    total, planets = rest, rest
+    for family, (labels, basis) in family_bases(case.planetary).items():
+        inside = weighted[[modes.dofs.index(label) for label in labels]]
+        energy = float(np.sum((basis.T @ inside) ** 2))
+        if energy >= FAMILY_SHARE * total:
+            return Kind(family)
+        planets -= energy
+    return Kind.PLANET if planets >= FAMILY_SHARE * total else Kind.MIXED
