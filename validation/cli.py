@@ -31,7 +31,9 @@ Fmin = Annotated[
 Fmax = Annotated[
     float | None, typer.Option(help="Last line, Hz (default: the last multiple of df ≤ 15 kHz).")
 ]
-Df = Annotated[float, typer.Option(help="Step, Hz.")]
+Df = Annotated[
+    float | None, typer.Option(help="Step, Hz (default: 1 Hz; coarser if there are many DoFs).")
+]
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -54,26 +56,47 @@ def run(
     ),
     fmin: Fmin = None,
     fmax: Fmax = None,
-    df: Df = 1.0,
+    df: Df = None,
+    replace: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="PART=FILE",
+            help="A stage or inertia whose FRFs come from a file (.npz, .uff); may be repeated. "
+            "The lines are the file's.",
+        ),
+    ] = None,
 ) -> None:
     """Compare all routes and write a report; exit code 1 if they disagree."""
+    from mbs_models.mode_kinds import label_inertias
     from mbs_models.model_file import load
 
     from . import screen
-    from .results import band
+    from .replacement import read_replacements
+    from .results import Band, band
+    from .swap import in_words
 
     drivetrain = load(model)
-    lines = band(fmin, fmax, df)
+    replaced = read_replacements(drivetrain, replace or (), fmin, fmax, df)
+    if replaced:
+        lines = Band.of(replaced[0].frf.frequency)
+    else:
+        lines = band(fmin, fmax, df, len(label_inertias(drivetrain)))
     screen.warn(drivetrain.warnings())
+    for replacement in replaced:
+        screen.warn(replacement.warnings)
     from .cross_check import cross_check  # takes its time to load: bad input is told before
     from .report import write_report
 
     with screen.progress() as progress:
-        result = cross_check(drivetrain, lines, published=model, progress=progress)
+        result = cross_check(
+            drivetrain, lines, published=model, progress=progress, replacements=replaced
+        )
         progress("writing the report", 0, 1)
         html, data = write_report(result, out)
         progress("writing the report", 1, 1)
     screen.verdicts(result)
+    if result.swap is not None:
+        print("\n".join(in_words(result.swap)))
     print(f"Report: {html}\nResults: {data}")
     if not result.agrees:
         raise typer.Exit(1)
@@ -120,15 +143,23 @@ def modes(
 def frf(
     model: Model = "paper",
     response: Annotated[
-        list[str] | None, typer.Option(help="Response DoFs (repeat, or separate by commas).")
+        list[str] | None,
+        typer.Option(help="Response DoFs (repeat, or separate by commas), or all."),
     ] = None,
     excitation: Annotated[
-        list[str] | None, typer.Option(help="Excitation DoFs (repeat, or separate by commas).")
+        list[str] | None,
+        typer.Option(help="Excitation DoFs (repeat, or separate by commas), or all."),
     ] = None,
     fmin: Fmin = None,
     fmax: Fmax = None,
-    df: Df = 1.0,
+    df: Df = None,
     route: Annotated[str, typer.Option(help="exudyn, fbs or equations.")] = "exudyn",
+    stage: Annotated[
+        str | None,
+        typer.Option(
+            help="A stage or inertia alone, with its halves of the hubs: what run --replace reads."
+        ),
+    ] = None,
     quantity: Annotated[
         str, typer.Option(help="receptance, mobility or accelerance.")
     ] = "receptance",
@@ -149,11 +180,51 @@ def frf(
         frf_output.check_target(output)
     drivetrain = load(model)
     frequency = band(fmin, fmax, df).frequency()
-    result = frf_by_name(drivetrain, route, frequency, responses, excitations).to(quantity)
+    result = frf_by_name(drivetrain, route, frequency, responses, excitations, stage).to(quantity)
     if output is None:
         frf_output.show(result)
     else:
-        frf_output.write(result, output, title=f"{drivetrain.name} ({route})")
+        subject = drivetrain.name if stage is None else f"{drivetrain.name}: {stage} alone"
+        frf_output.write(result, output, title=f"{subject} ({route})")
+
+
+@app.command()
+def paper(
+    out: Annotated[Path, typer.Option(help="Where paper.html and paper.json go.")] = Path(
+        "crosscheck-paper"
+    ),
+    only: Annotated[
+        str | None,
+        typer.Option(metavar="ITEM", help="One item: table3, fig8, fig8a, truncation, claims, …."),
+    ] = None,
+    tolerance: Annotated[
+        str, typer.Option(metavar="DB", help="Largest error where modes are left out.")
+    ] = "0.1dB",
+) -> None:
+    """Check the seed paper's tables, figures and claims; exit code 1 if our own routes disagree."""
+    from . import paper_input, screen
+
+    tolerance_db = paper_input.decibels("--tolerance", tolerance)
+    item = None if only is None else paper_input.item("--only", only)
+    from .paper import paper_study
+    from .paper_agreement import route_checks
+    from .paper_screen import paper_verdicts
+    from .report.paper_report import write_paper_report
+
+    with screen.progress() as progress:
+        study = paper_study(
+            item,
+            tolerance_db=tolerance_db,
+            progress=lambda _, done, total: progress("checking the paper", done, total),
+        )
+        progress("writing the report", 0, 1)
+        html, data = write_paper_report(study, out)
+        progress("writing the report", 1, 1)
+    checks = route_checks(study)
+    paper_verdicts(study, checks)
+    print(f"Report: {html}\nResults: {data}")
+    if not all(check.agrees for check in checks):
+        raise typer.Exit(1)
 
 
 @app.command()
@@ -185,12 +256,25 @@ def check(
 ) -> None:
     """Validate a model file and say what was understood."""
     from mbs_models.model_file import load
+    from mbs_models.modes import rigid_body_count
+    from mbs_models.sanity import suspicious_stiffnesses
 
     from . import screen
+    from .cross_check import model_warnings
+    from .equations import drivetrain_system, rigid_body_motions
 
     drivetrain = load(file)
-    screen.understood(drivetrain)
-    screen.warn(drivetrain.warnings())
+    found = rigid_body_count(drivetrain_system(drivetrain).stiffness)
+    screen.understood(drivetrain, rigid_body_motions(drivetrain), found)
+    screen.warn((*model_warnings(drivetrain), *suspicious_stiffnesses(drivetrain)))
+
+
+@app.command()
+def schema() -> None:
+    """Print the model file's JSON schema, for editors."""
+    from mbs_models.parameters import Drivetrain
+
+    print(json.dumps(Drivetrain.model_json_schema(by_alias=True), indent=1, ensure_ascii=False))
 
 
 if __name__ == "__main__":

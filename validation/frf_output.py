@@ -19,12 +19,12 @@ from .errors import CommandError
 UNITS = {Quantity.RECEPTANCE: "m/N", Quantity.MOBILITY: "m/(N s)", Quantity.ACCELERANCE: "m/(N s²)"}
 
 
-def labels(option: str, given: Sequence[str] | None) -> tuple[str, ...]:
-    """DoF labels of a repeated or comma-separated option."""
+def labels(option: str, given: Sequence[str] | None) -> tuple[str, ...] | None:
+    """DoF labels of a repeated or comma-separated option; None for ``all``."""
     found = tuple(label for item in given or () for label in item.split(",") if label)
     if not found:
-        raise CommandError(f"{option} is missing: give a DoF such as planetary.sun.w")
-    return found
+        raise CommandError(f"{option} is missing: give a DoF such as planetary.sun.w, or all")
+    return None if found == ("all",) else found
 
 
 def check_target(path: Path) -> None:

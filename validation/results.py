@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fbs import frequency_axis
+from mbs_models.components import Components
+from mbs_models.energy import ComponentShares
 from mbs_models.mode_kinds import Modes
 from mbs_models.parameters import Drivetrain
 
@@ -202,8 +204,9 @@ class Swap:
         The report's FRFs of the assembly before and after.
     not_compared
         (response, excitation) of the report's FRFs that the files leave out.
-    interfaces
-        Part → drive points at its interface DoFs, of the part alone: the model's and the file's.
+    alone
+        Part → its FRFs before any coupling, at its interface DoFs and those of ``curves`` that it
+        has: the model's and the file's.
     resonances
         All drive points' resonances, each once.
     """
@@ -215,7 +218,7 @@ class Swap:
     changes: bool
     curves: tuple[CurveChange, ...]
     not_compared: tuple[tuple[str, str], ...]
-    interfaces: Mapping[str, tuple[CurveChange, ...]]
+    alone: Mapping[str, tuple[CurveChange, ...]]
     resonances: tuple[Resonance, ...]
 
 
@@ -249,6 +252,8 @@ class CrossCheck:
         (response, excitation) → route → (n_frequency,) receptance (m/N).
     kernel_condition
         (n_frequency,) amplification in the interface kernel, or empty if nothing is coupled.
+    components, component_energy
+        Bodies and springs as exudyn has them, and their shares of every mode's energy.
     timings
         Seconds by step.
     swap
@@ -268,6 +273,8 @@ class CrossCheck:
     round_off: FloatArray
     curves: Mapping[tuple[str, str], Mapping[str, ComplexArray]]
     kernel_condition: FloatArray
+    components: Components
+    component_energy: ComponentShares
     timings: Mapping[str, float] = field(default_factory=dict)
     swap: Swap | None = None
 

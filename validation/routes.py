@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 
 import numpy as np
 from numpy.typing import NDArray
@@ -166,6 +167,21 @@ def couple_stages(
     return couple(stages, model.joints)
 
 
+def swapped_route(model: Model, files: Mapping[str, Frf]) -> Route:
+    """FBS with some stages' FRFs from elsewhere; its lines must be a stretch of theirs."""
+
+    def frf(frequency: FloatArray) -> Frf:
+        stages = {
+            name: files[name].band(frequency[0], frequency[-1])
+            if name in files
+            else direct_frf(system, frequency)
+            for name, system in model.stages.items()
+        }
+        return couple(stages, model.joints).frf
+
+    return Route(f"FBS with {', '.join(files)} from file", frf)
+
+
 def comparison_routes(exudyn: Model, equations_model: Model) -> tuple[Route, ...]:
     """Every route that is held against exudyn's whole system."""
     return (
@@ -181,23 +197,60 @@ def frf_by_name(
     drivetrain: Drivetrain,
     route: str,
     frequency: FloatArray,
-    responses: Sequence[str],
-    excitations: Sequence[str],
+    responses: Sequence[str] | None,
+    excitations: Sequence[str] | None,
+    stage: str | None = None,
 ) -> Frf:
     """The FRFs of one route, by its name on the command line: exudyn, fbs or equations.
+
+    Parameters
+    ----------
+    drivetrain
+        What is computed.
+    route
+        The route's name.
+    frequency
+        (n_frequency,) Hz.
+    responses, excitations
+        Labels (None: all there are).
+    stage
+        A stage or inertia alone, with its halves of the hubs (None: the whole).
 
     Raises
     ------
     CommandError
-        There is no such route.
+        There is no such route or stage.
     """
+    if route not in ("exudyn", "fbs", "equations"):
+        raise CommandError(f"--route = {route!r}: must be exudyn, fbs or equations")
+    part = None if stage is None else known_part(drivetrain, stage, "--stage")
     if route == "fbs":
+        if part is not None:
+            raise CommandError(
+                f"--stage = {stage!r}: route fbs couples the stages; for one alone, --route "
+                "must be exudyn or equations"
+            )
         model = build_model(exudyn_source(), drivetrain)
         return couple_stages(model, frequency).frf.select(responses, excitations)
-    if route == "exudyn":
-        system = exudyn_source().whole(drivetrain)
-    elif route == "equations":
-        system = EQUATIONS.whole(drivetrain)
-    else:
-        raise CommandError(f"--route = {route!r}: must be exudyn, fbs or equations")
+    source = EQUATIONS if route == "equations" else exudyn_source()
+    system = source.whole(drivetrain) if part is None else source.stage(drivetrain, part)
     return direct_frf(system, frequency, responses, excitations)
+
+
+def known_part(drivetrain: Drivetrain, name: str, option: str) -> str:
+    """The name of a stage or inertia, as an option gives it.
+
+    Raises
+    ------
+    CommandError
+        There is none of that name; the nearest is named.
+    """
+    names = [part.name for part in drivetrain.parts]
+    if name not in names:
+        near = get_close_matches(name, names, n=1)
+        hint = f"did you mean {near[0]}? " if near else ""
+        raise CommandError(
+            f"{option} = {name!r}: is no stage or inertia of '{drivetrain.name}'; {hint}"
+            f"There are {', '.join(names)}"
+        )
+    return name

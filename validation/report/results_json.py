@@ -7,18 +7,15 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ..frf_checks import FRF_TOLERANCE
 from ..results import Check, CrossCheck, FrfComparison
 from .curves import relative_difference
+from .digits import ERROR_DIGITS, SIGNIFICANT_DIGITS, rounded
 from .provenance import Provenance
+from .swap_json import swap_document
 from .words import verdict
 
 SCHEMA_VERSION = 1
-SIGNIFICANT_DIGITS = 9  # of curves; their differences are listed beside them, computed in full
-ERROR_DIGITS = 5
 
 CONVENTIONS = {
     "frf": "H(w) = (K - w^2 M + j w C)^-1, e^{+jwt}; receptance in m/N",
@@ -55,14 +52,15 @@ def results_document(result: CrossCheck, made: Provenance) -> dict[str, Any]:
         "checks": [_check(check) for check in result.checks],
         "modes": [_mode(result, number) for number in range(len(result.modes.modes))],
         "band_hz": {"fmin": result.band.fmin, "fmax": result.band.fmax, "df": result.band.df},
-        "frequency_hz": _rounded(result.frequency, 12),
+        "frequency_hz": rounded(result.frequency, 12),
         "reference": result.reference,
         "dofs": list(result.dofs),
         "frf_tolerance": FRF_TOLERANCE,
-        "round_off": _rounded(result.round_off, ERROR_DIGITS),
+        "round_off": rounded(result.round_off, ERROR_DIGITS),
         "comparisons": [_comparison(comparison) for comparison in result.comparisons],
-        "kernel_condition": _rounded(result.kernel_condition, ERROR_DIGITS),
+        "kernel_condition": rounded(result.kernel_condition, ERROR_DIGITS),
         "curves": [_curve(result, pair) for pair in result.curves],
+        "swap": None if result.swap is None else swap_document(result.swap),
     }
 
 
@@ -83,6 +81,7 @@ def _check(check: Check) -> dict[str, Any]:
 
 def _mode(result: CrossCheck, number: int) -> dict[str, Any]:
     mode, pole = result.modes.modes[number], result.poles[number]
+    shares = result.component_energy
     return {
         "number": number + 1,
         "kind": str(mode.kind),
@@ -93,6 +92,12 @@ def _mode(result: CrossCheck, number: int) -> dict[str, Any]:
         "kinetic_shares": dict(mode.shares.kinetic),
         "strain_shares": dict(mode.shares.strain),
         "family_shares": dict(mode.shares.families),
+        "component_kinetic_shares": dict(
+            zip(shares.bodies, rounded(shares.kinetic[:, number], ERROR_DIGITS), strict=True)
+        ),
+        "component_strain_shares": dict(
+            zip(shares.springs, rounded(shares.strain[:, number], ERROR_DIGITS), strict=True)
+        ),
     }
 
 
@@ -108,9 +113,9 @@ def _comparison(comparison: FrfComparison) -> dict[str, Any]:
             "excitation": excitation,
         },
         "smallest_frac": {"value": smallest, "curve": curve},
-        "line_max": _rounded(comparison.line_max, ERROR_DIGITS),
-        "line_median": _rounded(comparison.line_median, ERROR_DIGITS),
-        "pair_max": [_rounded(row, ERROR_DIGITS) for row in comparison.pair_max],
+        "line_max": rounded(comparison.line_max, ERROR_DIGITS),
+        "line_median": rounded(comparison.line_median, ERROR_DIGITS),
+        "pair_max": [rounded(row, ERROR_DIGITS) for row in comparison.pair_max],
     }
 
 
@@ -120,19 +125,13 @@ def _curve(result: CrossCheck, pair: tuple[str, str]) -> dict[str, Any]:
     routes = {}
     for route, values in by_route.items():
         routes[route] = {
-            "real": _rounded(values.real, SIGNIFICANT_DIGITS),
-            "imag": _rounded(values.imag, SIGNIFICANT_DIGITS),
+            "real": rounded(values.real, SIGNIFICANT_DIGITS),
+            "imag": rounded(values.imag, SIGNIFICANT_DIGITS),
         }
         if route != result.reference:
             difference = relative_difference(reference, values)
-            routes[route]["relative_difference"] = _rounded(difference, ERROR_DIGITS)
+            routes[route]["relative_difference"] = rounded(difference, ERROR_DIGITS)
     return {"response": pair[0], "excitation": pair[1], "receptance_m_per_n": routes}
-
-
-def _rounded(values: NDArray[np.float64], digits: int) -> list[float]:
-    """To so many significant digits; a text of them is short, and so is its float's."""
-    form = f"%.{digits}g"
-    return [float(form % value) for value in values.tolist()]
 
 
 def _odd(value: Any, where: str = "") -> Iterator[tuple[str, str]]:
