@@ -1,0 +1,143 @@
+"""exudyn in time: the multisine, the periodic orbit, and the FRFs that come out."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from mbs_models.errors import ModelError, OrbitError
+from mbs_models.excitation import Multisine, schroeder_multisine
+from mbs_models.model_file import load
+from mbs_models.time_integration import CLOSURE, periodic_response, steps_per_period
+from tests.strategies import changed, damped, paper
+from validation.time_domain import RAYLEIGH, rayleigh_damping, time_domain, time_domain_checks
+
+SUN = "planetary.sun.w"
+
+
+def sun_multisine(displacement: float = 1e-7, fmax: float = 2000.0) -> Multisine:
+    return schroeder_multisine(SUN, 100.0, fmax, 100.0, displacement=displacement, mass=5.0)
+
+
+def lin_parker():  # type: ignore[no-untyped-def]
+    return damped(load("lin-parker-3"), rayleigh_damping(*RAYLEIGH))
+
+
+def test_a_multisine_has_its_lines_and_no_others() -> None:
+    signal = sun_multisine()
+    samples = signal.samples(1000)
+    spectrum = np.fft.rfft(samples) * 2.0 / len(samples)
+    np.testing.assert_allclose(spectrum[signal.harmonics], signal.spectrum, rtol=1e-12)
+    others = np.delete(spectrum, signal.harmonics)
+    assert np.abs(others).max() <= 1e-12 * np.abs(spectrum).max()
+    np.testing.assert_allclose(signal.frequency, np.arange(100.0, 2001.0, 100.0))
+
+
+def test_schroeder_phases_keep_the_peak_low() -> None:
+    """Crest factor of a flat multisine of 200 lines: 1.7 (Schroeder 1970), not √400 = 20."""
+    signal = schroeder_multisine("x", 1.0, 200.0, 1.0, displacement=1.0, mass=1.0)
+    flat = Multisine("x", 1.0, signal.harmonics, np.ones(200), signal.phases)
+    samples = flat.samples(4000)
+    assert np.abs(samples).max() / samples.std() < 2.0
+
+
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        ({"fmin": 0.0}, "0 < df ≤ fmin"),
+        ({"fmax": 50.0}, "fmin < fmax"),
+        ({"displacement": 0.0}, "above 0"),
+    ],
+)
+def test_multisines_that_are_none(keys: dict[str, float], words: str) -> None:
+    given = {"fmin": 100.0, "fmax": 2000.0, "df": 100.0, "displacement": 1e-7, "mass": 1.0} | keys
+    with pytest.raises(ModelError, match=words):
+        schroeder_multisine(SUN, **given)  # type: ignore[arg-type]
+
+
+def test_lines_beyond_nyquist_are_refused() -> None:
+    with pytest.raises(ModelError, match=r"below 200 Hz, the highest is 2000 Hz"):
+        sun_multisine().samples(4)
+
+
+def test_an_unknown_dof_is_refused() -> None:
+    signal = schroeder_multisine("planetary.sun.q", 100.0, 500.0, 100.0, displacement=1e-7, mass=1)
+    with pytest.raises(ModelError, match=r"'planetary.sun.q': no such DoF; known: planetary.sun.u"):
+        periodic_response(lin_parker(), signal)
+
+
+def test_the_orbit_closes_and_the_record_says_how() -> None:
+    record = periodic_response(lin_parker(), sun_multisine())
+    assert record.closure <= CLOSURE
+    assert record.even_share < 1e-3
+    assert len(record.time) == steps_per_period(record.excitation)
+    assert record.displacement.shape == (len(record.time), 18)
+    assert np.isfinite(record.displacement).all()
+
+
+def test_halving_the_step_shows_the_trapezoidal_rules_order() -> None:
+    """Second order: the error of an FRF falls by four."""
+    signal, drivetrain = sun_multisine(), lin_parker()
+    steps = steps_per_period(signal) // 2
+    frfs = [
+        periodic_response(drivetrain, signal, steps=steps * factor).receptance()[:, 2]
+        for factor in (1, 2, 4)
+    ]
+    differences = [np.abs(a - b).max() for a, b in pairwise(frfs)]
+    assert differences[0] / differences[1] == pytest.approx(4.0, rel=0.05)
+
+
+def test_large_amplitudes_are_not_linear_and_do_not_pass_unnoticed() -> None:
+    """Gears turned by a tenth of a radian: geometry bends what is to be linear."""
+    with pytest.raises(OrbitError, match=r"does not close|diverged"):
+        periodic_response(lin_parker(), sun_multisine(displacement=1e-2))
+    small, larger = (
+        periodic_response(lin_parker(), sun_multisine(displacement=x)).even_share
+        for x in (1e-7, 1e-6)
+    )
+    assert larger == pytest.approx(10.0 * small, rel=0.1)  # even terms grow with the square
+
+
+def test_rayleigh_damping_has_its_ratio_at_both_frequencies() -> None:
+    damping = rayleigh_damping(0.005, 40.0, 1000.0)
+    for frequency in (40.0, 1000.0):
+        omega = 2.0 * np.pi * frequency
+        ratio = (damping.stiffness_proportional * omega + damping.mass_proportional / omega) / 2.0
+        assert ratio == pytest.approx(0.005)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("excitation", ["reducer.pinion.w", "coupling.w", "planetary.sun.u"])
+def test_frfs_of_the_paper_against_fbs(excitation: str) -> None:
+    """10 Hz to 4 kHz, every responding DoF, every line within 80 dB of its peak: 0.1 dB, 1°.
+
+    Rayleigh damping of 0.5 % at 40 Hz and 1 kHz. The 7.5 MHz hub and the 42 Hz mode are in it.
+    """
+    result = time_domain(paper(), excitation, df=10.0)
+    assert result.frequency[0] == 10.0
+    assert result.frequency[-1] == 4000.0
+    assert len(result.labels) >= 10
+    assert result.worst_db.max() <= 0.1
+    assert result.worst_degrees.max() <= 1.0
+    assert all(check.agrees for check in time_domain_checks(result))
+
+
+@pytest.mark.slow
+def test_a_planetary_stage_to_15_khz() -> None:
+    result = time_domain(load("lin-parker-4"), SUN, fmax=15000.0, df=50.0)
+    assert result.worst_db.max() <= 0.5
+
+
+@pytest.mark.slow
+def test_a_wrong_stiffness_shows_in_time() -> None:
+    """The transient is of the model as built: FBS of another one is told apart."""
+    other = changed(paper().stage("planetary"), sun_mesh_stiffness=5.05e8)
+    result = time_domain(paper(), "reducer.pinion.w")
+    data = paper().model_dump(by_alias=True, exclude_unset=True)
+    data["stage"] = [data["stage"][0], other.model_dump(exclude_unset=True)]
+    wrong = time_domain(changed(paper(), stage=data["stage"]), "reducer.pinion.w")
+    shared = result.labels.index(SUN)
+    ratio = np.abs(wrong.substructured[:, shared] / result.transient[:, shared])
+    assert np.abs(20.0 * np.log10(ratio)).max() > 0.1
