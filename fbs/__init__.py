@@ -25,9 +25,11 @@ from .errors import (
     SingularLineError,
     UnknownDofError,
 )
+from .estimation import Estimate, averaged_frf, impulse_frf, periodic_frf
 from .frf import Frf, Quantity, frequency_axis
 from .modal_synthesis import Poles, modal_frf, poles
 from .modal_truncation import TruncatedModes, truncate
+from .records import Record
 from .second_order_system import SecondOrderSystem, direct_frf
 from .uff import UffError, read_uff, write_uff
 from .undamped_modes import RealModes, real_modes
@@ -38,6 +40,7 @@ __all__ = [
     "ComplexModes",
     "CoupledFrf",
     "DefectiveModesError",
+    "Estimate",
     "FbsError",
     "Frf",
     "IndefiniteMassError",
@@ -49,11 +52,13 @@ __all__ = [
     "Quantity",
     "QuantityMismatchError",
     "RealModes",
+    "Record",
     "SecondOrderSystem",
     "SingularLineError",
     "TruncatedModes",
     "UffError",
     "UnknownDofError",
+    "averaged_frf",
     "block_dofs",
     "complex_modes",
     "condense_blocked",
@@ -62,7 +67,9 @@ __all__ = [
     "couple",
     "direct_frf",
     "frequency_axis",
+    "impulse_frf",
     "modal_frf",
+    "periodic_frf",
     "poles",
     "read_uff",
     "real_modes",
