@@ -48,6 +48,7 @@ BearingMatrix = Annotated[
 ]
 RotaryStiffness = Annotated[float, Field(ge=0.0, json_schema_extra={"unit": "N m/rad"})]
 Radius = Annotated[float, Field(ge=1e-6, le=1e3, json_schema_extra={"unit": "m"})]
+Teeth = Annotated[int, Field(ge=3, le=100000)]
 Angle = Annotated[float, Field(json_schema_extra={"unit": "deg"})]
 PressureAngle = Annotated[Angle, Field(gt=0.0, le=45.0)]
 PlanetAngles = Annotated[
@@ -153,6 +154,7 @@ class ParallelGear(Body):
     """
 
     base_radius: Radius
+    teeth: Teeth | None = None
     diametral_inertia: PolarInertia | None = None
     diametral_inertia_over_r2: Mass | None = None
     bearing: BearingMatrix | None = None
@@ -224,12 +226,14 @@ class Sun(CentralMember):
     """The sun gear."""
 
     base_radius: Radius
+    teeth: Teeth | None = None
 
 
 class Ring(CentralMember):
     """The ring gear; its base radius follows from sun and planet, and is checked where given."""
 
     base_radius: Radius | None = None
+    teeth: Teeth | None = None
 
 
 class Carrier(CentralMember):
@@ -242,6 +246,7 @@ class Planet(Body):
     """A planet gear (all planets of a stage are alike)."""
 
     base_radius: Radius
+    teeth: Teeth | None = None
 
 
 class Inertia(Table):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -40,6 +41,8 @@ class MultibodySystem:
         Further labels: label → (DoF, factor), where a rigid hub makes two rotations one.
     locked
         (node, coordinate) pairs held by constraints to ground.
+    bodies
+        Every rigid body by name; a coupling's hub has the coupling's name.
     """
 
     container: Any
@@ -47,6 +50,7 @@ class MultibodySystem:
     dofs: tuple[Dof, ...]
     derived: dict[str, tuple[str, float]]
     locked: tuple[tuple[int, int], ...]
+    bodies: Mapping[str, RigidBody] = field(default_factory=dict)
 
 
 def build_drivetrain(drivetrain: Drivetrain) -> MultibodySystem:
@@ -63,7 +67,7 @@ def build_drivetrain(drivetrain: Drivetrain) -> MultibodySystem:
     for coupling in drivetrain.couplings:
         train.add_hub(coupling, share=1.0)
         train.add_translations(coupling)
-    return _finish(train.assembly)
+    return _finish(train)
 
 
 def build_stage(drivetrain: Drivetrain, name: str) -> MultibodySystem:
@@ -77,7 +81,7 @@ def build_stage(drivetrain: Drivetrain, name: str) -> MultibodySystem:
     train.add_part(drivetrain.part(name))
     for coupling in drivetrain.couplings:
         train.add_hub(coupling, share=0.5)
-    return _finish(train.assembly)
+    return _finish(train)
 
 
 def place_parts(drivetrain: Drivetrain) -> dict[str, Frame]:
@@ -119,6 +123,7 @@ class _Train:
         self.frames = place_parts(drivetrain)
         self.assembly = Assembly(drivetrain.damping)
         self.bodies: dict[str, RigidBody] = {}
+        self.hubs: dict[str, RigidBody] = {}
 
     def add_part(self, part: Part) -> None:
         """Add the bodies and springs of a stage or an inertia."""
@@ -149,7 +154,7 @@ class _Train:
             return
         r, label = coupling.radius, f"{coupling.name}.w"
         turn = turning(self.facing, coupling.first)
-        hub = self.assembly.hub(share * coupling.hub_mass * r**2)
+        hub = self.hubs[coupling.name] = self.assembly.hub(share * coupling.hub_mass * r**2)
         self.assembly.add_dof(label, (hub, hub.rotation, turn / r))
         for name, stiffness in ends:
             if stiffness == "rigid":
@@ -183,7 +188,8 @@ class _Train:
             self.assembly.derive_dof(follower, leader, sign)
 
 
-def _finish(assembly: Assembly) -> MultibodySystem:
+def _finish(train: _Train) -> MultibodySystem:
+    assembly = train.assembly
     assembly.mbs.Assemble()
     return MultibodySystem(
         container=assembly.container,
@@ -191,4 +197,5 @@ def _finish(assembly: Assembly) -> MultibodySystem:
         dofs=tuple(assembly.dofs.values()),
         derived=dict(assembly.derived),
         locked=tuple(assembly.locked),
+        bodies=train.bodies | train.hubs,
     )

@@ -42,6 +42,7 @@ __all__ = [
     "Damping",
     "Drivetrain",
     "Inertia",
+    "Operation",
     "ParallelGear",
     "ParallelStage",
     "Part",
@@ -54,6 +55,8 @@ __all__ = [
 
 # A radius in a file is a drawing's, rounded to three digits; a wrong tooth count is 3 % or more.
 RADIUS_TOLERANCE = 5e-3
+# Teeth only say how often a mesh is passed; radii rounded more coarsely still fit them.
+TEETH_TOLERANCE = 0.02
 
 
 class Damping(Table):
@@ -64,6 +67,38 @@ class Damping(Table):
 
     stiffness_proportional: Annotated[float, Field(ge=0.0, json_schema_extra={"unit": "s"})] = 0.0
     mass_proportional: Annotated[float, Field(ge=0.0, json_schema_extra={"unit": "1/s"})] = 0.0
+
+
+class Operation(Table):
+    """How the drivetrain turns: the speed range (rpm) of one of its bodies."""
+
+    input: str
+    speed_range: Annotated[
+        tuple[
+            Annotated[float, Field(ge=0.0, json_schema_extra={"unit": "rpm"})],
+            Annotated[float, Field(gt=0.0, json_schema_extra={"unit": "rpm"})],
+        ],
+        Field(strict=False, description="a list of two speeds (rpm)"),
+    ]
+
+    @model_validator(mode="after")
+    def _a_range(self) -> Self:
+        first, last = self.speed_range
+        if first >= last:
+            raise ValueError(f"speed_range = [{first}, {last}]: the second must be larger")
+        return self
+
+
+def check_teeth(gears: Mapping[str, tuple[int | None, float]]) -> None:
+    """Refuse tooth numbers that are not as the base radii (key → teeth, base radius)."""
+    given = [(key, teeth, radius) for key, (teeth, radius) in gears.items() if teeth is not None]
+    for (first, z_1, r_1), (second, z_2, r_2) in combinations(given, 2):
+        expected = z_1 * r_2 / r_1
+        if abs(z_2 - expected) > TEETH_TOLERANCE * expected:
+            raise ValueError(
+                f"{second} = {z_2}: contradicts {first} = {z_1}; the base radii give "
+                f"{expected:.4g} (agree within {TEETH_TOLERANCE:.0%}, or leave one out)"
+            )
 
 
 MeshStiffness = (
@@ -87,6 +122,12 @@ class ParallelStage(Table):
     mesh_stiffness: Stiffness
     pinion: ParallelGear
     wheel: ParallelGear
+
+    @model_validator(mode="after")
+    def _teeth_fit(self) -> Self:
+        gears = {"pinion": self.pinion, "wheel": self.wheel}
+        check_teeth({f"{k}.teeth": (gear.teeth, gear.base_radius) for k, gear in gears.items()})
+        return self
 
     @property
     def bodies(self) -> tuple[str, ...]:
@@ -130,6 +171,13 @@ class PlanetaryStage(Table):
         self._check_radius("carrier.radius", self.carrier.radius, self.carrier_radius)
         self._check_radius("ring.base_radius", self.ring.base_radius, self.ring_radius)
         self._check_planet_spacing()
+        check_teeth(
+            {
+                "sun.teeth": (self.sun.teeth, self.sun.base_radius),
+                "planet.teeth": (self.planet.teeth, self.planet.base_radius),
+                "ring.teeth": (self.ring.teeth, self.ring_radius),
+            }
+        )
         for key in ("sun_mesh_stiffness", "ring_mesh_stiffness"):
             self._check_one_per_planet(key)
         return self
@@ -336,6 +384,7 @@ class Drivetrain(Table):
     name: str
     source: str = ""
     damping: Damping = Damping()
+    operation: Operation | None = None
     stages: Annotated[
         tuple[Stage, ...],
         Field(alias="stage", strict=False, description="[[stage]] tables"),
@@ -368,6 +417,11 @@ class Drivetrain(Table):
                         f"not a body of this drivetrain; allowed: {', '.join(self.bodies)}"
                     )
             self._check_translations(i, coupling)
+        if self.operation is not None and self.operation.input not in self.bodies:
+            raise ValueError(
+                f"operation: input = {self.operation.input!r}: not a body of this drivetrain; "
+                f"allowed: {', '.join(self.bodies)}"
+            )
         return self
 
     def _check_translations(self, i: int, coupling: Coupling) -> None:

@@ -15,6 +15,7 @@ from typing import Any
 
 import exudyn as exu
 import numpy as np
+from exudyn.exudynCPP import NodeIndex
 from exudyn.utilities import LoadCoordinate, MarkerNodeCoordinate, SensorNode
 from numpy.typing import NDArray
 from scipy.linalg import eigh
@@ -127,7 +128,7 @@ def periodic_response(
     even = (plus.displacement + minus.displacement) / 2.0
     return PeriodicRecord(
         labels=runner.linear.dofs,
-        time=np.arange(runner.steps) * runner.step,
+        time=np.asarray(np.arange(runner.steps) * runner.step, dtype=float),
         displacement=odd,
         excitation=excitation,
         force=runner.force,
@@ -252,7 +253,7 @@ class _Runner:
         values = np.zeros((self.steps + 1, len(self.transform)))
         for node, sensors in self._sensors.items():
             stored = self.system.mbs.GetSensorStoredData(sensors[kind])[:, 1:]
-            first = self.system.mbs.GetNodeODE2Index(exu.NodeIndex(node))
+            first = self.system.mbs.GetNodeODE2Index(NodeIndex(node))
             values[:, first : first + stored.shape[1]] = stored
         labelled: FloatArray = values @ self.transform / np.sum(self.transform**2, axis=0)
         return labelled
@@ -268,7 +269,7 @@ def _add_sensors(system: MultibodySystem) -> dict[int, tuple[Any, Any]]:
         node: tuple(
             system.mbs.AddSensor(
                 SensorNode(
-                    nodeNumber=exu.NodeIndex(node),
+                    nodeNumber=NodeIndex(node),
                     storeInternal=True,
                     writeToFile=False,
                     outputVariableType=kind,
@@ -338,7 +339,7 @@ def _transition(stiffness: float, damping: float, steps: int, step: float) -> Fl
     gains = ((1.0 + poles * step / 2.0) / (1.0 - poles * step / 2.0)) ** steps
     period = steps * step
     if abs(poles[0] - poles[1]) * period < 1e-6:  # an undamped rigid-body motion
-        return np.array([[1.0, period], [0.0, 1.0]]) * gains[0].real
+        return np.asarray(np.array([[1.0, period], [0.0, 1.0]]) * gains[0].real)
     vectors = np.array([[1.0, 1.0], poles])
     transition: FloatArray = (vectors @ np.diag(gains) @ np.linalg.inv(vectors)).real
     return transition

@@ -35,6 +35,8 @@ Df = Annotated[
     float | None, typer.Option(help="Step, Hz (default: 1 Hz; coarser if there are many DoFs).")
 ]
 
+MOST_DOFS_IN_TIME = 60  # larger systems take minutes to integrate: only when asked for
+
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line; bad input ends in one message and exit code 2."""
@@ -65,6 +67,14 @@ def run(
             "The lines are the file's.",
         ),
     ] = None,
+    in_time: Annotated[
+        bool | None,
+        typer.Option(
+            "--time/--no-time",
+            help="Integrate a multisine in time as well (default: up to 60 DoFs, no parts from "
+            "files).",
+        ),
+    ] = None,
 ) -> None:
     """Compare all routes and write a report; exit code 1 if they disagree."""
     from mbs_models.mode_kinds import label_inertias
@@ -76,11 +86,11 @@ def run(
     from .swap import in_words
 
     drivetrain = load(model)
+    n_dofs = len(label_inertias(drivetrain))
     replaced = read_replacements(drivetrain, replace or (), fmin, fmax, df)
-    if replaced:
-        lines = Band.of(replaced[0].frf.frequency)
-    else:
-        lines = band(fmin, fmax, df, len(label_inertias(drivetrain)))
+    lines = Band.of(replaced[0].frf.frequency) if replaced else band(fmin, fmax, df, n_dofs)
+    if in_time is None:
+        in_time = n_dofs <= MOST_DOFS_IN_TIME and not replaced
     screen.warn(drivetrain.warnings())
     for replacement in replaced:
         screen.warn(replacement.warnings)
@@ -89,7 +99,12 @@ def run(
 
     with screen.progress() as progress:
         result = cross_check(
-            drivetrain, lines, published=model, progress=progress, replacements=replaced
+            drivetrain,
+            lines,
+            published=model,
+            progress=progress,
+            replacements=replaced,
+            in_time=in_time,
         )
         progress("writing the report", 0, 1)
         html, data = write_report(result, out)

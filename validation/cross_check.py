@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from mbs_models.energy import component_shares
+from mbs_models.errors import OrbitError
 from mbs_models.mode_kinds import Kind, Modes
 from mbs_models.parameters import Drivetrain, Inertia, ParallelStage, Part
 
@@ -27,6 +28,7 @@ from .routes import (
     whole_route,
 )
 from .swap import compare_swap
+from .time_domain import time_domain, time_domain_checks
 
 
 def cross_check(
@@ -37,6 +39,7 @@ def cross_check(
     published: str = "",
     progress: Progress | None = None,
     replacements: Sequence[Replacement] = (),
+    in_time: bool = False,
 ) -> CrossCheck:
     """Build a drivetrain by every route, compare all with exudyn's whole system.
 
@@ -54,6 +57,8 @@ def cross_check(
         Called with a step's name, how much of it is done, and of how much.
     replacements
         Parts from files, on the band's lines: what they change is found too.
+    in_time
+        Whether to integrate a multisine in time as well.
 
     Raises
     ------
@@ -98,12 +103,21 @@ def cross_check(
         pairs = report_pairs(drivetrain)
         swap = compare_swap(model, reference, replacements, pairs, frequency, floor, report)
         clock.lap("swap")
+    warnings = [*model_warnings(drivetrain), *(w for r in replacements for w in r.warnings)]
+    record = None
+    if in_time:
+        try:
+            record = time_domain(drivetrain, _far_end(drivetrain.parts[0]), progress=report)
+            checks += time_domain_checks(record)
+        except OrbitError as error:
+            warnings.append(f"no FRFs from time integration: {error}")
+        clock.lap("time integration")
     if published in PUBLISHED:
         checks.append(_published_check(published, modes))
     return CrossCheck(
         drivetrain=drivetrain,
         band=band,
-        warnings=(*model_warnings(drivetrain), *(w for r in replacements for w in r.warnings)),
+        warnings=tuple(warnings),
         checks=tuple(checks),
         modes=modes,
         poles=poles,
@@ -118,6 +132,7 @@ def cross_check(
         component_energy=component_shares(components, modes),
         timings=clock.laps,
         swap=swap,
+        time_domain=record,
     )
 
 
@@ -183,15 +198,15 @@ def _published_check(name: str, modes: Modes) -> Check:
         found = [mode.frequency_hz for mode in modes.modes if mode.kind == kind]
         groups.append((str(kind), found, expected))
     errors, findings = [0.0], []
-    for kind, found, expected in groups:
+    for name, found, expected in groups:
         if len(found) != len(expected):
             errors.append(np.inf)
-            findings.append(f"{len(found)} {kind} modes found, {len(expected)} published")
+            findings.append(f"{len(found)} {name} modes found, {len(expected)} published")
             continue
         for f, target in zip(found, expected, strict=True):
             errors.append(abs(f - target) / target if target else abs(f))
             if not errors[-1] <= published.tolerance:
-                findings.append(f"{kind} mode: {f:.6g} Hz found, {target:.6g} Hz published")
+                findings.append(f"{name} mode: {f:.6g} Hz found, {target:.6g} Hz published")
     count = sum(len(expected) for _, _, expected in groups)
     return Check(
         "Published natural frequencies", f"{count} modes", (published.source, "exudyn"),

@@ -14,7 +14,7 @@ from fbs import frequency_axis
 from mbs_models.components import Components
 from mbs_models.energy import ComponentShares
 from mbs_models.mode_kinds import Modes
-from mbs_models.parameters import Drivetrain
+from mbs_models.parameters import Damping, Drivetrain
 
 from .peaks import Resonance
 from .replacement import Replacement
@@ -223,6 +223,42 @@ class Swap:
 
 
 @dataclass(frozen=True)
+class TimeDomain:
+    """FRFs from one multisine run, beside FBS'.
+
+    Attributes
+    ----------
+    excitation
+        The excited DoF.
+    labels
+        The responses compared (those that are not zero by symmetry).
+    frequency
+        (n_line,) Hz.
+    transient, substructured
+        (n_line, n_label) receptance (m/N).
+    damping
+        What both routes used.
+    step, shots, closure, even_share
+        As in `PeriodicRecord`.
+    worst_db, worst_degrees
+        (n_label,) largest differences over the lines compared.
+    """
+
+    excitation: str
+    labels: tuple[str, ...]
+    frequency: FloatArray
+    transient: ComplexArray
+    substructured: ComplexArray
+    damping: Damping
+    step: float
+    shots: int
+    closure: float
+    even_share: float
+    worst_db: FloatArray
+    worst_degrees: FloatArray
+
+
+@dataclass(frozen=True)
 class CrossCheck:
     """Everything a report says.
 
@@ -258,6 +294,8 @@ class CrossCheck:
         Seconds by step.
     swap
         What changes with parts from files; None if there are none.
+    time_domain
+        FRFs from exudyn's time integration; None if it was not run.
     """
 
     drivetrain: Drivetrain
@@ -277,6 +315,7 @@ class CrossCheck:
     component_energy: ComponentShares
     timings: Mapping[str, float] = field(default_factory=dict)
     swap: Swap | None = None
+    time_domain: TimeDomain | None = None
 
     @property
     def agrees(self) -> bool:

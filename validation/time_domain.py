@@ -7,7 +7,7 @@ under a multisine, and the records are transformed.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,14 +17,13 @@ from fbs import SecondOrderSystem, real_modes
 from mbs_models.errors import OrbitError
 from mbs_models.parameters import Damping, Drivetrain
 
-from .results import Check
+from .results import Check, TimeDomain
 from .routes import build_model, couple_stages, exudyn_source
 
 if TYPE_CHECKING:
     from mbs_models.time_integration import PeriodicRecord
 
 FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 Progress = Callable[[str, int, int], None]
 
 ROUTE = "exudyn in time"
@@ -47,42 +46,6 @@ DYNAMIC_RANGE_DB = 80.0
 AMPLITUDES = (1e-7, 1e-6, 1e-5)
 # DoFs that symmetry keeps still: their FRF is zero, and what moves them is not linear.
 ZERO = 1e-9
-
-
-@dataclass(frozen=True)
-class TimeDomain:
-    """FRFs from one multisine run, beside FBS'.
-
-    Attributes
-    ----------
-    excitation
-        The excited DoF.
-    labels
-        The responses compared (those that are not zero by symmetry).
-    frequency
-        (n_line,) Hz.
-    transient, substructured
-        (n_line, n_label) receptance (m/N).
-    damping
-        What both routes used.
-    step, shots, closure, even_share
-        As in `PeriodicRecord`.
-    worst_db, worst_degrees
-        (n_label,) largest differences over the lines compared.
-    """
-
-    excitation: str
-    labels: tuple[str, ...]
-    frequency: FloatArray
-    transient: ComplexArray
-    substructured: ComplexArray
-    damping: Damping
-    step: float
-    shots: int
-    closure: float
-    even_share: float
-    worst_db: FloatArray
-    worst_degrees: FloatArray
 
 
 def rayleigh_damping(ratio: float, first: float, second: float) -> Damping:
@@ -171,7 +134,7 @@ def felt_mass(system: SecondOrderSystem, dof: str) -> float:
     (index,), (factor,) = system.locate([dof])
     modes = real_modes(system)
     mobility = float(np.sum((factor * modes.shapes[index, : modes.n_rigid]) ** 2))
-    own = float(system.mass[index, index]) / factor**2
+    own = float(system.mass[index, index] / factor**2)
     return max(own, 1.0 / mobility if mobility * own > ZERO else 0.0)
 
 
@@ -184,8 +147,7 @@ def with_damping(drivetrain: Drivetrain) -> Drivetrain:
 
 def time_domain_checks(result: TimeDomain) -> list[Check]:
     """Verdicts on the FRFs from time integration: magnitude and phase."""
-    lines = f"{len(result.labels)} FRFs × {len(result.frequency)} lines"
-    subject, routes = f"{lines}, excited at {result.excitation}", (FBS, ROUTE)
+    subject, routes = f"{len(result.labels)} FRFs from {result.excitation}", (FBS, ROUTE)
 
     def findings(values: FloatArray, allowed: float, unit: str) -> tuple[str, ...]:
         return tuple(

@@ -119,7 +119,7 @@ VALUES = [
         "planet  = {",
         "planet = 3 #",
         PLANETARY + "planet = 3: must be a table with mass, polar_inertia, "
-        "polar_inertia_over_r2, base_radius",
+        "polar_inertia_over_r2, base_radius, teeth",
     ),
     (
         'name = "Two-stage reducer"',

@@ -12,11 +12,14 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from mbs_models.mode_kinds import Mode
 from mbs_models.model_file import dumps
 
-from ..results import Check, CrossCheck, FrfComparison, PoleRow
+from ..results import Check, CrossCheck, FrfComparison, PoleRow, TimeDomain
+from .anatomy import draw_anatomy, first_shown, kinds_drawn, short_frequency
 from .error_figures import largest_error, worst_comparison
 from .figures import draw_figures
 from .provenance import Provenance
 from .style import CURVE_COLUMNS, ERROR_COLUMNS, part_colors
+from .swap_figures import swap_section
+from .time_figures import time_figure
 from .words import disagreements, pair_in_words, route_in_words, verdict
 
 MARGIN_DECADES = (-12.0, 6.0)  # value / tolerance that the margin strip spans
@@ -25,12 +28,12 @@ MARGIN_DECADES = (-12.0, 6.0)  # value / tolerance that the margin strip spans
 def report_html(result: CrossCheck, made: Provenance) -> str:
     """The text of report.html."""
     drivetrain = result.drivetrain
-    parts = [part.name for part in (*drivetrain.stages, *drivetrain.couplings)]
+    parts = [part.name for part in (*drivetrain.parts, *drivetrain.couplings)]
     reasons = list(dict.fromkeys(check.reason for check in result.checks))
     worst = worst_comparison(result)
     routes = [result.reference, *(c.route for c in result.comparisons)]
     return (
-        _environment()
+        environment()
         .get_template("report.html")
         .render(
             result=result,
@@ -52,6 +55,12 @@ def report_html(result: CrossCheck, made: Provenance) -> str:
             parts=part_colors(parts),
             comparisons=[_comparison_row(comparison) for comparison in result.comparisons],
             figures=draw_figures(result),
+            anatomy=draw_anatomy(result),
+            short=short_frequency,
+            shape_kinds=kinds_drawn(result),
+            shown=first_shown(result),
+            time=_time_section(result),
+            swap=swap_section(result.swap, result.frequency) if result.swap else None,
             pair_in_words=lambda response, excitation: pair_in_words(
                 drivetrain, response, excitation
             ),
@@ -63,16 +72,33 @@ def report_html(result: CrossCheck, made: Provenance) -> str:
     )
 
 
-def _environment() -> Environment:
-    environment = Environment(
+@dataclass(frozen=True)
+class TimeSection:
+    """The time-domain route: numbers, figure, and whether its damping is not the model's."""
+
+    result: TimeDomain
+    svg: str
+    borrowed: bool
+
+
+def _time_section(result: CrossCheck) -> TimeSection | None:
+    if result.time_domain is None:
+        return None
+    borrowed = result.time_domain.damping != result.drivetrain.damping
+    return TimeSection(result.time_domain, time_figure(result.time_domain), borrowed)
+
+
+def environment() -> Environment:
+    """Templates of this folder: strict, escaped, with the filters of numbers."""
+    templates = Environment(
         loader=PackageLoader("validation.report", package_path=""),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters.update(scientific=scientific, hertz=hertz, count=grouped)
-    return environment
+    templates.filters.update(scientific=scientific, hertz=hertz, count=grouped)
+    return templates
 
 
 @dataclass(frozen=True)
@@ -105,10 +131,8 @@ class ComparisonRow:
 
 
 def _check_row(check: Check, reasons: list[str]) -> CheckRow:
-    if check.tolerance:
-        ratio = check.value / check.tolerance
-    else:
-        ratio = math.inf if check.value else 0.0
+    beyond = math.inf if check.value else 0.0
+    ratio = check.value / check.tolerance if check.tolerance else beyond
     return CheckRow(check, reasons.index(check.reason) + 1, _along_strip(ratio))
 
 

@@ -9,10 +9,12 @@ from typing import Any
 
 from ..frf_checks import FRF_TOLERANCE
 from ..results import Check, CrossCheck, FrfComparison
+from .campbell import crossings_document
 from .curves import relative_difference
 from .digits import ERROR_DIGITS, SIGNIFICANT_DIGITS, rounded
 from .provenance import Provenance
 from .swap_json import swap_document
+from .time_figures import time_document
 from .words import verdict
 
 SCHEMA_VERSION = 1
@@ -60,6 +62,8 @@ def results_document(result: CrossCheck, made: Provenance) -> dict[str, Any]:
         "comparisons": [_comparison(comparison) for comparison in result.comparisons],
         "kernel_condition": rounded(result.kernel_condition, ERROR_DIGITS),
         "curves": [_curve(result, pair) for pair in result.curves],
+        "campbell_crossings": crossings_document(result),
+        "time_domain": time_document(result.time_domain),
         "swap": None if result.swap is None else swap_document(result.swap),
     }
 
