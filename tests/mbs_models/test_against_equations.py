@@ -92,7 +92,7 @@ def test_couplings_at_any_body(first: str, second: str) -> None:
 
 
 @settings(max_examples=60)
-@given(drivetrains())
+@given(drivetrains(largest=5))
 def test_random_drivetrains(drivetrain: Drivetrain) -> None:
     assert_routes_agree(drivetrain)
 

@@ -40,7 +40,7 @@ def appendix_claims(case: PaperCase) -> Iterator[Claim]:
     wrong = wrong_blocks(case)
     k = case.planetary.sun_meshes[0]
     yield Claim(
-        "appendix-definite", "K_B does not push",
+        "appendix-definite", "Definiteness of K_B",
         "K_B = K_mB + K_ss + K_bB with the blocks of Eqs. (23)–(26).", "Eqs. (23)–(27), Appendix A",
         "lowest eigenvalue of K_B as printed (blocks below the diagonal read as transposes), and "
         "each block against k v vᵀ of Eq. (1) put right",

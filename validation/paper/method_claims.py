@@ -161,8 +161,8 @@ def radial_claim(bench: FrfBench) -> Claim:
     return Claim(
         "sun-radial", "Sun's radial FRF and the shaft",
         "The sun's radial FRF is sensitive to the shaft stiffness.", "Sec. 4.2, Fig. 8",
-        f"the sun's u in the full system for k_sw = {low:g} and {high:g} N/m, and without the "
-        "reducer",
+        f"the sun's u in the full system for k_sw = {low:.0e} and {high:.0e} N/m, and without "
+        "the reducer".replace("e+0", "e"),
         Verdict.HOLDS if affected else Verdict.FAILS,
         f"from the softest to the stiffest shaft it changes by a scaled {change:.1e}, without the "
         f"reducer by {reducer:.1e}: "

@@ -120,6 +120,8 @@ def _near(printed: PrintedMode, line: Line) -> bool:
 
 def _others(printed: PrintedMode, found: Mapping[str, Found], best: str) -> str:
     own = found[best]
+    if len(found) > 1 and all(abs(f.deviation_hz) <= TOLERANCE_HZ for f in found.values()):
+        return f"{own.frequency_hz:.1f} Hz with either set"
     words = f"{own.frequency_hz:.1f} Hz with {best}"
     for name, other in found.items():
         if name != best and abs(other.deviation_hz) > TOLERANCE_HZ:

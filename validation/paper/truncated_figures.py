@@ -115,8 +115,9 @@ def other_shaft(bench: FrfBench, text: Text, label: str, tolerance_db: float) ->
 
     def judge(errors: Errors) -> Judgement:
         verdict = Verdict.HOLDS if errors.worst(changed) > errors.tolerance_db else Verdict.FAILS
+        change = f"without the hub's mode k_sw changes it by {errors.worst(changed):.2g} dB at most"
         evidence = errors.words(*(c.name for c in curves[1:]))
-        return verdict, f"against '{own_name}': {evidence}"
+        return verdict, f"{change}. Against the first curve ({own_name}): {evidence}"
 
     reference = TruncationBench(bench).full()
     drawing = Drawing((label, label), BAND, own)

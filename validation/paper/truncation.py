@@ -30,7 +30,7 @@ NOTE = (
     "Structural damping K(1 + jη) in every spring keeps the peaks finite, so that an error in dB "
     "means something. The FRFs listed are judged in dB. Over all FRFs the scaled error is used, "
     "|ΔH_ij|/√(h_i h_j) with h the row norms of H: in a deep antiresonance H_ij nearly vanishes, a "
-    "tiny absolute error is many dB there, and nobody would hear or measure it."
+    "tiny absolute error is many dB there, where there is next to no motion to measure."
 )
 
 

@@ -11,6 +11,7 @@ from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from numpy.typing import NDArray
 
 from ..frf_checks import FRF_TOLERANCE
 from ..results import CrossCheck, FrfComparison
@@ -91,6 +92,9 @@ def error_figure(result: CrossCheck) -> str:
     return svg(figure, "errors", "Scaled error over frequency, by route")
 
 
+MANY_DOFS = 60  # more than that cannot be labelled one by one
+
+
 def heat_map(comparison: FrfComparison, dofs: Sequence[str]) -> str:
     """Largest scaled error over all lines of every pair of DoFs, a colour for each decade."""
     count = len(dofs)
@@ -104,13 +108,19 @@ def heat_map(comparison: FrfComparison, dofs: Sequence[str]) -> str:
     bounds = np.arange(lowest, highest + step, step)
     colors = colormaps["Blues"].resampled(len(bounds) - 1)
     exponent = np.log10(np.clip(comparison.pair_max, 10.0**lowest, None))
+    many = count > MANY_DOFS
     mesh = axes.pcolormesh(
-        exponent, cmap=colors, norm=BoundaryNorm(bounds, colors.N), edgecolor="white", linewidth=0.3
+        exponent,
+        cmap=colors,
+        norm=BoundaryNorm(bounds, colors.N),
+        edgecolor="none" if many else "white",
+        linewidth=0.3,
+        rasterized=many,  # tens of thousands of cells would be megabytes of paths
     )
-    size = min(7.5, 7.5 * 30 / count)
-    ticks = np.arange(count) + 0.5
-    axes.set_xticks(ticks, dofs, rotation=90, fontsize=size)
-    axes.set_yticks(ticks, dofs, fontsize=size)
+    size = 7.5 if many else min(7.5, 7.5 * 30 / count)
+    ticks, names = part_ticks(dofs) if many else (np.arange(count) + 0.5, list(dofs))
+    axes.set_xticks(ticks, names, rotation=90, fontsize=size)
+    axes.set_yticks(ticks, names, fontsize=size)
     axes.tick_params(length=0.0)
     axes.set_xlabel("Excitation")
     axes.set_ylabel("Response")
@@ -133,6 +143,15 @@ def heat_map(comparison: FrfComparison, dofs: Sequence[str]) -> str:
         "Largest scaled error", rotation=90, rotation_mode="anchor", ha="center", va="top"
     )
     return svg(figure, "heatmap", f"Largest scaled error of every FRF, {comparison.route}")
+
+
+def part_ticks(dofs: Sequence[str]) -> tuple[NDArray[np.float64], list[str]]:
+    """One tick in the middle of every run of DoFs of the same part."""
+    parts = [dof.partition(".")[0] for dof in dofs]
+    starts = [i for i, part in enumerate(parts) if i == 0 or part != parts[i - 1]]
+    ends = [*starts[1:], len(parts)]
+    middles = np.array([(a + b) / 2.0 for a, b in zip(starts, ends, strict=True)])
+    return middles, [parts[i] for i in starts]
 
 
 def kernel_figure(result: CrossCheck) -> str:
