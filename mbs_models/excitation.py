@@ -70,35 +70,29 @@ class Multisine:
 
 
 def schroeder_multisine(
-    dof: str, fmin: float, fmax: float, df: float, *, displacement: float, mass: float
+    dof: str, fmin: float, fmax: float, df: float, amplitudes: FloatArray | float
 ) -> Multisine:
-    """Schroeder's phases −π k(k−1)/n, and amplitudes that move a mass alike at every line.
-
-    A_k = m ω_k² x up to 1/20 of the band's end, constant above: a free drivetrain's motion at low
-    frequencies is that of its mass, and would otherwise turn the gears so far that geometry bends
-    what is to be linear.
+    """Lines fmin, fmin + df, … fmax with Schroeder's phases φ_k = −π k(k−1)/n.
 
     Parameters
     ----------
     dof
         Label of the DoF.
     fmin, fmax, df
-        Lines (Hz); the period is 1/df.
-    displacement
-        x (m), the amplitude of a free ``mass`` (kg) at each of the lower lines.
+        Lines (Hz), multiples of df; the period is 1/df.
+    amplitudes
+        N, of all lines or of each.
 
     Raises
     ------
     ModelError
-        The band is none, or the displacement is zero.
+        The band is none, or an amplitude is not above zero.
     """
     if not (0.0 < df <= fmin < fmax):
         raise ModelError(f"multisine: need 0 < df ≤ fmin < fmax, got {df:g}, {fmin:g}, {fmax:g} Hz")
-    if not displacement > 0.0:
-        raise ModelError(f"multisine: the displacement must be above 0, got {displacement:g} m")
     harmonics = np.arange(round(fmin / df), round(fmax / df) + 1)
-    knee = np.minimum(harmonics * df, fmax / 20.0)
-    amplitudes = mass * (2.0 * np.pi * knee) ** 2 * displacement
+    each = np.broadcast_to(np.asarray(amplitudes, dtype=float), harmonics.shape)
+    if not np.all(each > 0.0):
+        raise ModelError(f"multisine: every amplitude must be above 0 N, got {each.min():g} N")
     order = np.arange(len(harmonics))
-    phases = -np.pi * order * (order - 1) / len(harmonics)
-    return Multisine(dof, 1.0 / df, harmonics, amplitudes, phases)
+    return Multisine(dof, 1.0 / df, harmonics, each, -np.pi * order * (order - 1) / len(order))

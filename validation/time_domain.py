@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fbs import SecondOrderSystem, real_modes
+from fbs import SecondOrderSystem, direct_frf, frequency_axis
 from mbs_models.errors import OrbitError
 from mbs_models.parameters import Damping, Drivetrain
 
@@ -41,9 +41,9 @@ REASON = (
 # Lines this far below a response's own peak are antiresonances and decayed tails, where the same
 # absolute error is any number of dB.
 DYNAMIC_RANGE_DB = 80.0
-# Amplitude of the drivetrain's free motion at the lower lines (m). The smallest first: geometry is
-# linear; where springs are so stiff that it drowns in their round-off, the next.
-AMPLITUDES = (1e-7, 1e-6, 1e-5)
+# Largest motion of any DoF at every line (m). The smallest first, where geometry is linear; where
+# springs are so stiff that it drowns in their round-off, the next.
+AMPLITUDES = (1e-8, 1e-6)
 # DoFs that symmetry keeps still: their FRF is zero, and what moves them is not linear.
 ZERO = 1e-9
 
@@ -80,8 +80,7 @@ def time_domain(
     """
     drivetrain = with_damping(drivetrain)
     model = build_model(exudyn_source(), drivetrain)
-    mass = felt_mass(model.whole, excitation)
-    record = _record(drivetrain, excitation, (df, fmax), mass, progress)
+    record = _record(drivetrain, model.whole, excitation, frequency_axis(df, fmax, df), progress)
     signal = record.excitation
     coupled = couple_stages(model, signal.frequency).frf.select(record.labels, [excitation])
     reference, found = coupled.values[:, :, 0], record.receptance()
@@ -109,33 +108,33 @@ def time_domain(
 
 def _record(
     drivetrain: Drivetrain,
+    system: SecondOrderSystem,
     excitation: str,
-    lines: tuple[float, float],
-    mass: float,
+    lines: FloatArray,
     progress: Progress | None,
 ) -> PeriodicRecord:
     """A record at the smallest amplitude whose orbit closes."""
     from mbs_models.excitation import schroeder_multisine
     from mbs_models.time_integration import periodic_response
 
-    (df, fmax), last = lines, AMPLITUDES[-1]
     for displacement in AMPLITUDES:
-        signal = schroeder_multisine(excitation, df, fmax, df, displacement=displacement, mass=mass)
+        amplitudes = even_amplitudes(system, excitation, lines, displacement)
+        signal = schroeder_multisine(excitation, lines[0], lines[-1], lines[0], amplitudes)
         try:
             return periodic_response(drivetrain, signal, progress=progress)
         except OrbitError:
-            if displacement == last:
+            if displacement == AMPLITUDES[-1]:
                 raise
     raise AssertionError("unreachable: the last amplitude returns or raises")
 
 
-def felt_mass(system: SecondOrderSystem, dof: str) -> float:
-    """Inertia that a slow force at a DoF moves: 1/Σ φ² over rigid-body modes, or the DoF's own."""
-    (index,), (factor,) = system.locate([dof])
-    modes = real_modes(system)
-    mobility = float(np.sum((factor * modes.shapes[index, : modes.n_rigid]) ** 2))
-    own = float(system.mass[index, index] / factor**2)
-    return max(own, 1.0 / mobility if mobility * own > ZERO else 0.0)
+def even_amplitudes(
+    system: SecondOrderSystem, dof: str, frequency: FloatArray, displacement: float
+) -> FloatArray:
+    """A_k = x / max_j |H_ji(ω_k)|: at every line the largest motion of any DoF is the same (N)."""
+    column = direct_frf(system, frequency, system.dofs, [dof]).values[:, :, 0]
+    amplitudes: FloatArray = displacement / np.abs(column).max(axis=1)
+    return amplitudes
 
 
 def with_damping(drivetrain: Drivetrain) -> Drivetrain:

@@ -17,8 +17,8 @@ from validation.time_domain import RAYLEIGH, rayleigh_damping, time_domain, time
 SUN = "planetary.sun.w"
 
 
-def sun_multisine(displacement: float = 1e-7, fmax: float = 2000.0) -> Multisine:
-    return schroeder_multisine(SUN, 100.0, fmax, 100.0, displacement=displacement, mass=5.0)
+def sun_multisine(force: float = 0.5) -> Multisine:
+    return schroeder_multisine(SUN, 100.0, 2000.0, 100.0, force)
 
 
 def lin_parker():  # type: ignore[no-untyped-def]
@@ -37,9 +37,7 @@ def test_a_multisine_has_its_lines_and_no_others() -> None:
 
 def test_schroeder_phases_keep_the_peak_low() -> None:
     """Crest factor of a flat multisine of 200 lines: 1.7 (Schroeder 1970), not √400 = 20."""
-    signal = schroeder_multisine("x", 1.0, 200.0, 1.0, displacement=1.0, mass=1.0)
-    flat = Multisine("x", 1.0, signal.harmonics, np.ones(200), signal.phases)
-    samples = flat.samples(4000)
+    samples = schroeder_multisine("x", 1.0, 200.0, 1.0, 1.0).samples(4000)
     assert np.abs(samples).max() / samples.std() < 2.0
 
 
@@ -48,13 +46,13 @@ def test_schroeder_phases_keep_the_peak_low() -> None:
     [
         ({"fmin": 0.0}, "0 < df ≤ fmin"),
         ({"fmax": 50.0}, "fmin < fmax"),
-        ({"displacement": 0.0}, "above 0"),
+        ({"amplitudes": 0.0}, "above 0 N"),
     ],
 )
 def test_multisines_that_are_none(keys: dict[str, float], words: str) -> None:
-    given = {"fmin": 100.0, "fmax": 2000.0, "df": 100.0, "displacement": 1e-7, "mass": 1.0} | keys
+    given = {"fmin": 100.0, "fmax": 2000.0, "df": 100.0, "amplitudes": 1.0} | keys
     with pytest.raises(ModelError, match=words):
-        schroeder_multisine(SUN, **given)  # type: ignore[arg-type]
+        schroeder_multisine(SUN, **given)
 
 
 def test_lines_beyond_nyquist_are_refused() -> None:
@@ -63,7 +61,7 @@ def test_lines_beyond_nyquist_are_refused() -> None:
 
 
 def test_an_unknown_dof_is_refused() -> None:
-    signal = schroeder_multisine("planetary.sun.q", 100.0, 500.0, 100.0, displacement=1e-7, mass=1)
+    signal = schroeder_multisine("planetary.sun.q", 100.0, 500.0, 100.0, 1.0)
     with pytest.raises(ModelError, match=r"'planetary.sun.q': no such DoF; known: planetary.sun.u"):
         periodic_response(lin_parker(), signal)
 
@@ -92,10 +90,9 @@ def test_halving_the_step_shows_the_trapezoidal_rules_order() -> None:
 def test_large_amplitudes_are_not_linear_and_do_not_pass_unnoticed() -> None:
     """Gears turned by a tenth of a radian: geometry bends what is to be linear."""
     with pytest.raises(OrbitError, match=r"does not close|diverged"):
-        periodic_response(lin_parker(), sun_multisine(displacement=1e-2))
+        periodic_response(lin_parker(), sun_multisine(force=5e5))
     small, larger = (
-        periodic_response(lin_parker(), sun_multisine(displacement=x)).even_share
-        for x in (1e-7, 1e-6)
+        periodic_response(lin_parker(), sun_multisine(force)).even_share for force in (0.5, 5.0)
     )
     assert larger == pytest.approx(10.0 * small, rel=0.1)  # even terms grow with the square
 
