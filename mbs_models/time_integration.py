@@ -165,8 +165,8 @@ def _close(
     raise OrbitError(
         f"the periodic orbit under the multisine at {runner.excitation.dof} does not close: after "
         f"{number} periods its ends differ by {shot.closure:.1e} of the motion ({CLOSURE:g} "
-        "allowed); the amplitude is too large for geometry to be linear, or so small that it drowns "
-        "in the round-off of stiff springs"
+        "allowed); the amplitude is too large for geometry to be linear, or so small that it "
+        "drowns in the round-off of stiff springs"
     )
 
 

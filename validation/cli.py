@@ -94,6 +94,9 @@ def run(
     screen.warn(drivetrain.warnings())
     for replacement in replaced:
         screen.warn(replacement.warnings)
+    from .report.files import make_directory
+
+    make_directory(out)
     from .cross_check import cross_check  # takes its time to load: bad input is told before
     from .report import write_report
 
@@ -221,6 +224,9 @@ def paper(
 
     tolerance_db = paper_input.decibels("--tolerance", tolerance)
     item = None if only is None else paper_input.item("--only", only)
+    from .report.files import make_directory
+
+    make_directory(out)
     from .paper import paper_study
     from .paper_agreement import route_checks
     from .paper_screen import paper_verdicts
@@ -240,6 +246,52 @@ def paper(
     print(f"Report: {html}\nResults: {data}")
     if not all(check.agrees for check in checks):
         raise typer.Exit(1)
+
+
+@app.command()
+def sweep(
+    model: Model = "paper",
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="PATH=SPEC",
+            help="A parameter, as reducer.pinion.mass, and its values: a:b:N, a:b:Nlog, v1,v2,v3, "
+            "or a tolerance v±p% (also v+-p%) to sample; may be repeated.",
+        ),
+    ] = None,
+    response: Annotated[str | None, typer.Option(help="Response DoF of an FRF.")] = None,
+    excitation: Annotated[str | None, typer.Option(help="Its excitation DoF.")] = None,
+    fmin: Fmin = None,
+    fmax: Fmax = None,
+    df: Df = None,
+    n_modes: Annotated[int, typer.Option("--modes", help="How many natural frequencies.")] = 10,
+    route: Annotated[str, typer.Option(help="exudyn or equations.")] = "exudyn",
+    samples: Annotated[
+        int | None, typer.Option(help="Draws from the tolerances, a Latin hypercube (default 200).")
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Of the draws.")] = 0,
+    out: Annotated[Path, typer.Option(help="Where table and pictures go.")] = Path(
+        "crosscheck-sweep"
+    ),
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Processes (default: by the number of samples).")
+    ] = None,
+) -> None:
+    """Vary parameters: an FRF and natural frequencies as table and pictures; goes on if stopped."""
+    from mbs_models.model_file import load
+
+    from .sweep_parameters import design
+
+    drivetrain = load(model)
+    samples_of = design(drivetrain, vary or (), samples, seed)
+    from .results import band  # takes its time to load: bad input is told before
+    from .sweep import dof_pair, task
+    from .sweep_command import carry_out
+
+    lines, pair = band(fmin, fmax, df), dof_pair(response, excitation)
+    todo = task(drivetrain, samples_of, lines, pair, n_modes, route)
+    if not carry_out(drivetrain.name, todo, samples_of, out, workers):
+        raise typer.Exit(130)
 
 
 @app.command()

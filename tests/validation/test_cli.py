@@ -283,6 +283,18 @@ def test_bad_input_leaves_an_earlier_report_alone(
     assert sorted(p.name for p in tmp_path.iterdir()) == ["report.html", "results.json"]
 
 
+@pytest.mark.parametrize("command", ["run", "paper"])
+def test_a_report_that_cannot_be_written_is_told_first(
+    command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "taken").write_text("a file", encoding="utf-8")
+    assert call(command, "--out", str(tmp_path / "taken")) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert "taken: is, or lies below, a file" in error
+    assert (tmp_path / "taken").read_text(encoding="utf-8") == "a file"
+
+
 def test_importing_loads_nothing_heavy() -> None:
     """exudyn, matplotlib and the like are loaded where they are used, not by the packages."""
     script = (

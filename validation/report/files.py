@@ -32,7 +32,7 @@ def write_together(directory: Path, texts: Mapping[str, str]) -> tuple[Path, ...
         The directory or a file in it cannot be written.
     """
     targets = {directory / name: text for name, text in texts.items()}
-    _make(directory)
+    make_directory(directory)
     partials = {path: path.with_name(f".{path.name}.{os.getpid()}.partial") for path in targets}
     try:
         for path, text in targets.items():
@@ -49,7 +49,14 @@ def write_together(directory: Path, texts: Mapping[str, str]) -> tuple[Path, ...
     return tuple(targets)
 
 
-def _make(directory: Path) -> None:
+def make_directory(directory: Path) -> None:
+    """Make a directory and its parents, if they are not there.
+
+    Raises
+    ------
+    ReportError
+        Something else is in the way, or it may not be made.
+    """
     try:
         directory.mkdir(parents=True, exist_ok=True)
     except (FileExistsError, NotADirectoryError) as error:

@@ -1,0 +1,215 @@
+"""What a sweep leaves: its metrics, a table (CSV and npz), and finished pieces to go on from."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import shutil
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from zipfile import BadZipFile
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .errors import CommandError
+from .sweep_parameters import Design
+from .sweep_task import Outcome, Task
+
+FloatArray = NDArray[np.float64]
+Writer = Callable[[Path], None]
+
+PICTURES = ("frf_map.svg", "bands.svg", "frequencies.svg", "sensitivity.svg")
+FIELDS = ("status", "magnitude", "frequency_hz", "kind")
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep:
+    """A sweep and what it found.
+
+    Attributes
+    ----------
+    title
+        The drivetrain's name.
+    task, design, outcome
+        What was computed, of which samples, and the results.
+    """
+
+    title: str
+    task: Task
+    design: Design
+    outcome: Outcome
+
+    @property
+    def has_frf(self) -> bool:
+        """Whether an FRF was asked for."""
+        return self.task.response is not None
+
+    @property
+    def frf_name(self) -> str:
+        """The FRF asked for, response first."""
+        return f"{self.task.response} ← {self.task.excitation}"
+
+    @cached_property
+    def frequency(self) -> FloatArray:
+        """(n_frequency,) Hz."""
+        return self.task.band.frequency()
+
+    @cached_property
+    def values(self) -> FloatArray:
+        """(n_sample, n_parameter)."""
+        return np.array(self.design.samples, dtype=float)
+
+    @cached_property
+    def level_db(self) -> FloatArray:
+        """(n_sample, n_frequency) dB re 1 m/N."""
+        with np.errstate(divide="ignore"):
+            return np.asarray(20.0 * np.log10(self.outcome.magnitude))
+
+    @cached_property
+    def metrics(self) -> dict[str, FloatArray]:
+        """Highest |H| of the band (dB re 1 m/N), where it is (Hz), and the rms of |H| (m/N)."""
+        if not self.has_frf:
+            return {}
+        magnitude = self.outcome.magnitude
+        highest = np.argmax(np.nan_to_num(magnitude, nan=-1.0), axis=1)
+        return {
+            "peak_db": self.level_db[np.arange(len(magnitude)), highest],
+            "peak_hz": np.where(self.outcome.ok, self.frequency[highest], np.nan),
+            "rms_m_per_n": np.sqrt(np.mean(magnitude**2, axis=1)),
+        }
+
+
+# Writing
+
+
+def write_sweep(sweep: Sweep, directory: Path, pictures: Mapping[str, Writer]) -> tuple[Path, ...]:
+    """Write table and pictures; a file of an earlier sweep is replaced whole or not at all.
+
+    Raises
+    ------
+    CommandError
+        The directory or a file in it cannot be written.
+    """
+    writers: dict[str, Writer] = {
+        "sweep.csv": lambda path: _write_csv(sweep, path),
+        "sweep.npz": lambda path: _write_npz(sweep, path),
+        **pictures,
+    }
+    make_directory(directory)
+    partials = {name: directory / f".{name}.partial" for name in writers}
+    try:
+        for name, write in writers.items():
+            write(partials[name])
+        for name, partial in partials.items():
+            partial.replace(directory / name)
+        for name in set(PICTURES) - set(writers):  # of an earlier sweep
+            (directory / name).unlink(missing_ok=True)
+    except OSError as error:
+        raise CommandError(f"--out = {directory}: cannot be written: {error.strerror}") from error
+    finally:
+        for partial in partials.values():
+            partial.unlink(missing_ok=True)
+    return tuple(directory / name for name in writers)
+
+
+def make_directory(directory: Path) -> None:
+    """Make the directory of the results.
+
+    Raises
+    ------
+    CommandError
+        It cannot be made.
+    """
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise CommandError(f"--out = {directory}: cannot be made: {error.strerror}") from error
+
+
+def _write_csv(sweep: Sweep, path: Path) -> None:
+    outcome, n_modes = sweep.outcome, sweep.outcome.frequency_hz.shape[1]
+    header = ["sample", *sweep.design.paths, "status", *sweep.metrics]
+    for k in range(1, n_modes + 1):
+        header += [f"f{k}_hz", f"kind{k}"]
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(header)
+        for i, values in enumerate(sweep.design.samples):
+            row: list[object] = [i, *values, outcome.status[i]]
+            row += [_number(metric[i]) for metric in sweep.metrics.values()]
+            for frequency, kind in zip(outcome.frequency_hz[i], outcome.kind[i], strict=True):
+                row += [_number(frequency), kind]
+            writer.writerow(row)
+
+
+def _number(value: float) -> object:
+    """A number; nothing where there is none."""
+    return "" if np.isnan(value) else float(value)
+
+
+def _write_npz(sweep: Sweep, path: Path) -> None:
+    outcome = sweep.outcome
+    arrays: dict[str, NDArray[np.generic]] = {
+        "parameters": np.array(sweep.design.paths),
+        "values": sweep.values,
+        "status": outcome.status,
+        "natural_frequency_hz": outcome.frequency_hz,
+        "kind": outcome.kind,
+        **sweep.metrics,
+    }
+    if sweep.has_frf:
+        arrays["frequency"] = sweep.frequency
+        arrays["magnitude"] = outcome.magnitude
+        arrays["response"] = np.array(sweep.task.response)
+        arrays["excitation"] = np.array(sweep.task.excitation)
+    with path.open("wb") as file:
+        np.savez(file, allow_pickle=False, **arrays)
+
+
+# Going on from what is there
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """Finished pieces of one sweep, as files in a directory of its own."""
+
+    directory: Path
+
+    @classmethod
+    def of(cls, task: Task, samples: Sequence[tuple[float, ...]], out: Path) -> Pieces:
+        """The pieces of this very task and samples; those of another are not touched."""
+        digest = hashlib.sha256(repr((task, tuple(samples))).encode()).hexdigest()
+        return cls(out / f".sweep-{digest[:16]}")
+
+    def load(self, key: str) -> Outcome | None:
+        """The piece of that key; None if it is not there, or not whole."""
+        try:
+            with np.load(self._path(key), allow_pickle=False) as file:
+                return Outcome(*(file[name] for name in FIELDS))
+        except (OSError, ValueError, KeyError, EOFError, BadZipFile):
+            return None
+
+    def save(self, key: str, outcome: Outcome) -> None:
+        """Keep a piece, whole or not at all."""
+        make_directory(self.directory)
+        partial = self.directory / f".{key}.partial"
+        try:
+            with partial.open("wb") as file:
+                np.savez(
+                    file, allow_pickle=False, **{name: getattr(outcome, name) for name in FIELDS}
+                )
+            partial.replace(self._path(key))
+        except OSError as error:
+            raise CommandError(
+                f"--out = {self.directory}: cannot be written: {error.strerror}"
+            ) from error
+
+    def clear(self) -> None:
+        """Forget all pieces: the results are written."""
+        shutil.rmtree(self.directory, ignore_errors=True)
+
+    def _path(self, key: str) -> Path:
+        return self.directory / f"{key}.npz"

@@ -1,0 +1,254 @@
+"""What a sweep varies: parameters by their place in the model file, and the values they take."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from itertools import product
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from mbs_models.parameters import Drivetrain
+
+from .errors import CommandError
+
+Step = str | int
+Values = tuple[float, ...]
+
+DEFAULT_SAMPLES = 200
+MOST_SAMPLES = 1_000_000
+FORMS = "a:b:N, a:b:Nlog, v1,v2,v3 or v±p%"
+TABLES = {"stage": "stages", "inertia": "inertias", "coupling": "couplings"}
+
+
+@dataclass(frozen=True)
+class Variation:
+    """One varied parameter: the values of a grid, or the limits of a tolerance to sample."""
+
+    path: str
+    values: Values = ()
+    limits: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Design:
+    """The samples of a sweep.
+
+    Attributes
+    ----------
+    paths
+        The varied parameters.
+    samples
+        Their values, sample by sample.
+    sampled
+        Whether some of them are drawn at random from tolerances.
+    """
+
+    paths: tuple[str, ...]
+    samples: tuple[Values, ...]
+    sampled: bool
+
+
+def design(
+    drivetrain: Drivetrain, given: Sequence[str], samples: int | None = None, seed: int = 0
+) -> Design:
+    """The samples that ``PATH=SPEC`` options describe: a full grid of the values given.
+
+    Parameters with a tolerance are drawn together from a Latin hypercube; beside a grid, the same
+    draws are made at every point of it.
+
+    Raises
+    ------
+    CommandError
+        An option cannot be read, or no such parameter exists.
+    """
+    variations = [variation(drivetrain, text) for text in given]
+    if not variations:
+        raise CommandError("--vary is missing: give PATH=SPEC, such as reducer.pinion.mass=1:3:50")
+    paths = [v.path for v in variations]
+    for path in paths:
+        if paths.count(path) > 1:
+            raise CommandError(f"--vary {path}: is given {paths.count(path)} times")
+    grid = [v for v in variations if v.limits is None]
+    drawn = [v for v in variations if v.limits is not None]
+    if samples is not None and not drawn:
+        raise CommandError(f"--samples = {samples}: needs a --vary with a tolerance (v±p%)")
+    draws = _latin_hypercube(drawn, DEFAULT_SAMPLES if samples is None else samples, seed)
+    total = math.prod(len(v.values) for v in grid) * len(draws)
+    if total > MOST_SAMPLES:
+        raise CommandError(f"--vary: {total} samples; at most {MOST_SAMPLES} are possible")
+    order = [[*grid, *drawn].index(v) for v in variations]
+    rows = [(*p, *d) for p in product(*(v.values for v in grid)) for d in draws]
+    return Design(
+        tuple(paths), tuple(tuple(row[k] for k in order) for row in rows), sampled=bool(drawn)
+    )
+
+
+def _latin_hypercube(drawn: Sequence[Variation], samples: int, seed: int) -> list[Values]:
+    if not drawn:
+        return [()]
+    if not 1 <= samples <= MOST_SAMPLES:
+        raise CommandError(f"--samples = {samples}: must be from 1 to {MOST_SAMPLES}")
+    if seed < 0:
+        raise CommandError(f"--seed = {seed}: must be a whole number, at least 0")
+    from scipy.stats import qmc  # takes its time to load
+
+    sampler = qmc.LatinHypercube(len(drawn), seed=np.random.default_rng(seed))
+    low, high = (np.array([v.limits[side] for v in drawn if v.limits]) for side in (0, 1))
+    return [tuple(map(float, row)) for row in low + (high - low) * sampler.random(samples)]
+
+
+def variation(drivetrain: Drivetrain, text: str) -> Variation:
+    """One ``PATH=SPEC``.
+
+    Raises
+    ------
+    CommandError
+        There is no such parameter, or the values cannot be read.
+    """
+    path, equals, spec = (part.strip() for part in text.partition("="))
+    if not equals:
+        raise CommandError(f"--vary {text!r}: must be PATH=SPEC, SPEC one of {FORMS}")
+    known = known_parameters(drivetrain)
+    if path not in known:
+        raise CommandError(
+            f"--vary {path}: no such number in '{drivetrain.name}'; {_near(path, known)}"
+        )
+    nominal = known[path]
+    if "%" in spec:
+        return Variation(path, limits=_tolerance(path, spec, nominal))
+    values = _range(path, spec) if ":" in spec else _list(path, spec)
+    if isinstance(nominal, int):
+        values = tuple(int(v) if v.is_integer() else v for v in values)
+    return Variation(path, values)
+
+
+def _near(path: str, known: Mapping[str, object]) -> str:
+    nearest = get_close_matches(path, known, n=3, cutoff=0.5)
+    if nearest:
+        return f"did you mean {' or '.join(nearest)}?"
+    tables = dict.fromkeys(name.partition(".")[0] for name in known)
+    return f"it has the tables {', '.join(tables)}"
+
+
+def _tolerance(path: str, spec: str, nominal: object) -> tuple[float, float]:
+    match = re.fullmatch(r"(.*?)(?:±|\+-|\+/-)(.*)%", spec)
+    if match is None:
+        raise _unreadable(path, spec)
+    if isinstance(nominal, int):
+        raise CommandError(f"--vary {path}={spec}: a whole number has no tolerance; give v1,v2,v3")
+    own = nominal if isinstance(nominal, float) else math.nan
+    centre = _number(path, match[1], spec) if match[1].strip() else float(own)
+    percent = _number(path, match[2], spec)
+    if not percent > 0.0:
+        raise CommandError(f"--vary {path}={spec}: the tolerance must be greater than 0 %")
+    if not math.isfinite(centre):
+        raise CommandError(f"--vary {path}={spec}: the model's value is no number; give one")
+    half = abs(centre) * percent / 100.0
+    return centre - half, centre + half
+
+
+def _range(path: str, spec: str) -> Values:
+    match = re.fullmatch(r"([^:]+):([^:]+):\s*(\d+)\s*(log)?", spec)
+    if match is None:
+        raise _unreadable(path, spec)
+    first, last = _number(path, match[1], spec), _number(path, match[2], spec)
+    n = int(match[3])
+    if not 2 <= n <= MOST_SAMPLES:
+        raise CommandError(f"--vary {path}={spec}: {n} values; must be from 2 to {MOST_SAMPLES}")
+    if match[4] is None:
+        return tuple(map(float, np.linspace(first, last, n)))
+    if min(first, last) <= 0.0:
+        raise CommandError(f"--vary {path}={spec}: logarithmic limits must be greater than 0")
+    return tuple(map(float, np.geomspace(first, last, n)))
+
+
+def _list(path: str, spec: str) -> Values:
+    return tuple(_number(path, item, spec) for item in spec.split(","))
+
+
+def _number(path: str, text: str, spec: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        raise _unreadable(path, spec) from None
+    if not math.isfinite(value):
+        raise CommandError(f"--vary {path}={spec}: {text.strip()} is not finite")
+    return value
+
+
+def _unreadable(path: str, spec: str) -> CommandError:
+    return CommandError(f"--vary {path}={spec}: cannot be read; SPEC must be {FORMS}")
+
+
+# Parameters by their place
+
+
+def known_parameters(drivetrain: Drivetrain) -> dict[str, object]:
+    """Every number of a drivetrain by its path: ``reducer.pinion.mass`` → 2.0."""
+    data = drivetrain.model_dump(exclude_none=True)
+    tables = [("damping", data["damping"])]
+    tables += [(table["name"], table) for group in TABLES.values() for table in data[group]]
+    return {f"{name}.{key}": value for name, table in tables for key, value in _leaves(table)}
+
+
+def _leaves(table: Mapping[str, Any]) -> Iterator[tuple[str, object]]:
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            yield from ((f"{key}.{inner}", leaf) for inner, leaf in _leaves(value))
+        elif isinstance(value, int | float | tuple) or value == "rigid":
+            yield key, value
+
+
+def model_data(drivetrain: Drivetrain) -> dict[str, Any]:
+    """A drivetrain's tables as its file has them."""
+    return drivetrain.model_dump(by_alias=True, exclude_unset=True, exclude_none=True)
+
+
+def steps_to(data: Mapping[str, Any], path: str) -> tuple[Step, ...]:
+    """Where the parameter of a path is in `model_data`."""
+    name, *keys = path.split(".")
+    for group in TABLES:
+        for i, table in enumerate(data.get(group, ())):
+            if table["name"] == name:
+                return (group, i, *keys)
+    return (name, *keys)
+
+
+def changed(data: dict[str, Any], values: Mapping[tuple[Step, ...], float]) -> Drivetrain:
+    """The drivetrain with other values at some places.
+
+    Raises
+    ------
+    CommandError
+        It is none any more: what the parameters refuse, in one line.
+    """
+    tree: Any = data
+    for steps, value in values.items():
+        tree = _replaced(tree, steps, value)
+    try:
+        return Drivetrain.model_validate(tree, by_alias=True, by_name=False)
+    except ValidationError as error:
+        raise CommandError(_first_problem(error)) from error
+
+
+def _replaced(tree: Any, steps: tuple[Step, ...], value: float) -> Any:
+    if not steps:
+        return value
+    step, rest = steps[0], steps[1:]
+    if isinstance(step, int):
+        return [*tree[:step], _replaced(tree[step], rest, value), *tree[step + 1 :]]
+    return {**tree, step: _replaced(tree.get(step, {}), rest, value)}
+
+
+def _first_problem(error: ValidationError) -> str:
+    first = error.errors()[0]
+    if first["type"] == "value_error":
+        return str(first["ctx"]["error"])
+    where = ".".join(map(str, first["loc"]))
+    return f"{where} = {first['input']}: {first['msg'][0].lower()}{first['msg'][1:]}"
