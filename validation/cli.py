@@ -9,9 +9,6 @@ from typing import Annotated, Any
 
 import typer
 
-from fbs.errors import FbsError
-from mbs_models.errors import ModelError
-
 from .errors import CommandError
 
 app = typer.Typer(
@@ -42,12 +39,22 @@ def main(arguments: list[str] | None = None) -> None:
     """Run the command line; bad input ends in one message and exit code 2."""
     try:
         app(arguments)
-    except (ModelError, FbsError, CommandError) as error:
-        print(f"crosscheck: {error}", file=sys.stderr)
-        sys.exit(2)
+    except SystemExit:  # every command ends so; only what is raised beside it is looked up below
+        raise
     except KeyboardInterrupt:
         print("crosscheck: interrupted; nothing was written", file=sys.stderr)
         sys.exit(130)
+    except input_errors() as error:
+        print(f"crosscheck: {error}", file=sys.stderr)
+        sys.exit(2)
+
+
+def input_errors() -> tuple[type[ValueError], ...]:
+    """What bad input raises; looked up when something is raised, since fbs takes time to load."""
+    from fbs.errors import FbsError
+    from mbs_models.errors import ModelError
+
+    return ModelError, FbsError, CommandError
 
 
 @app.command()
