@@ -393,3 +393,18 @@ def test_model_text_in_the_report_loads_again(written: tuple[str, Any]) -> None:
     match = re.search(r"<pre>(.*?)</pre>", written[0], flags=re.DOTALL)
     assert match
     assert loads(unescape(match[1])) == load("paper")
+
+
+def test_time_integration_has_its_section(tmp_path: Path) -> None:
+    result = cross_check(load("lin-parker-3"), Band(500.0, 4000.0, 500.0), in_time=True)
+    html, results = read(result, tmp_path)
+    text = text_of(html)
+    assert "The same FRFs from time integration" in text
+    assert "Rayleigh damping of 0.5 %" in text  # the preset has none of its own
+    assert "mathdefault" not in html  # tick labels in words, not in TeX
+    record = results["time_domain"]
+    assert record["excitation"] == "planetary.sun.w"
+    assert len(record["transient"]["real"]) == len(record["responses"])
+    assert len(record["transient"]["real"][0]) == len(record["frequency_hz"])
+    assert max(record["worst_db"]) <= 0.1
+    assert [c["agrees"] for c in results["checks"] if "time integration" in c["name"]] == [True] * 2

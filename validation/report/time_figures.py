@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import floor, log10
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from ..results import TimeDomain
 from ..time_domain import DECIBEL_TOLERANCE, DYNAMIC_RANGE_DB
 from .digits import rounded
-from .style import BLUE, MUTED, REFERENCE_COLOR, VERMILLION, WIDTH, styled, svg
+from .style import BLUE, MUTED, REFERENCE_COLOR, VERMILLION, WIDTH, log_axis, styled, svg
 
 FloatArray = NDArray[np.float64]
 
@@ -93,7 +94,8 @@ def _draw_difference(axes: Axes, result: TimeDomain) -> None:
     compared = reference >= reference.max(axis=0) * 10.0 ** (-DYNAMIC_RANGE_DB / 20.0)
     ratio = np.where(compared, np.abs(result.transient) / reference, 1.0)
     largest = np.abs(20.0 * np.log10(ratio)).max(axis=1)
-    axes.semilogy(result.frequency, np.maximum(largest, 1e-6), color=BLUE, lw=1.0)
+    axes.plot(result.frequency, np.maximum(largest, 1e-6), color=BLUE, lw=1.0)
+    log_axis(axes, max(floor(log10(max(largest.min(), 1e-6))), -6), 0)
     axes.axhline(DECIBEL_TOLERANCE, color=VERMILLION, lw=1.0, ls="--")
     axes.annotate(
         "allowed", (0.0, DECIBEL_TOLERANCE), xytext=(4, 3), textcoords="offset points", color=MUTED
