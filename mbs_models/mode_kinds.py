@@ -240,24 +240,41 @@ def classify(
     """
     energies = _Energies(drivetrain, tuple(labels), stage_stiffness)
     shapes = shapes.copy()
-    for group in _repeated_groups(frequencies, n_rigid):
-        shapes[:, group] = energies.separated(shapes[:, group])
+    for group in mode_groups(frequencies, n_rigid):
+        if len(group) > 1:
+            shapes[:, group] = energies.separated(shapes[:, group])
     shares = [energies.shares(shape, rigid=i < n_rigid) for i, shape in enumerate(shapes.T)]
     kinds = [_kind(drivetrain, s, rigid=i < n_rigid) for i, s in enumerate(shares)]
     return list(zip(kinds, shares, strict=True)), shapes
 
 
-def _repeated_groups(frequencies: NDArray[np.float64], n_rigid: int) -> list[list[int]]:
+def mode_groups(frequencies: NDArray[np.float64], n_rigid: int) -> list[list[int]]:
+    """Elastic modes in groups of (nearly) equal frequency, ascending; alone where not repeated."""
     groups: list[list[int]] = []
     for mode in range(n_rigid, len(frequencies)):
-        last = groups[-1][-1] if groups else None
-        if last is not None and frequencies[mode] - frequencies[last] <= (
-            REPEATED * frequencies[mode]
-        ):
+        gap = frequencies[mode] - frequencies[groups[-1][-1]] if groups else np.inf
+        if gap <= REPEATED * frequencies[mode]:
             groups[-1].append(mode)
         else:
             groups.append([mode])
-    return [group for group in groups if len(group) > 1]
+    return groups
+
+
+def scaled_singular_values(stiffness: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Singular values, descending, of K scaled to a unit diagonal, so that units do not matter."""
+    diagonal = np.sqrt(np.diag(stiffness))
+    scale = np.where(diagonal > 0.0, diagonal, 1.0)
+    return np.linalg.svd(stiffness / np.outer(scale, scale), compute_uv=False)
+
+
+def rigid_body_count(stiffness: NDArray[np.float64]) -> int:
+    """Dimension of the null space of K: its scaled singular values that are round-off.
+
+    Summing the springs leaves a few eps; a real mode as small as n·eps of the stiffest would be as
+    unknown as its stiffness is.
+    """
+    values = scaled_singular_values(stiffness)
+    return int(np.sum(values <= 10.0 * len(values) * np.finfo(float).eps))
 
 
 def _kind(drivetrain: Drivetrain, shares: EnergyShares, *, rigid: bool) -> Kind:

@@ -14,6 +14,7 @@ from .mode_kinds import (
     classify,
     frequency_and_ratio,
     match_poles,
+    rigid_body_count,
     undamped_estimate,
 )
 from .parameters import Drivetrain
@@ -42,16 +43,6 @@ def drivetrain_modes(drivetrain: Drivetrain) -> Modes:
         for f, z, (kind, shares) in zip(frequencies, ratios, kinds, strict=True)
     )
     return Modes(modes, linear.labels, labelled)
-
-
-def rigid_body_count(stiffness: NDArray[np.float64]) -> int:
-    """Dimension of the null space of K, scaled to a unit diagonal so that units do not matter."""
-    diagonal = np.sqrt(np.diag(stiffness))
-    scale = np.where(diagonal > 0.0, diagonal, 1.0)
-    singular_values = np.linalg.svd(stiffness / np.outer(scale, scale), compute_uv=False)
-    # Round-off of summing the springs leaves a few eps; a real mode as small as n·eps of the
-    # stiffest would be as unknown as its stiffness is.
-    return int(np.sum(singular_values <= 10.0 * len(stiffness) * np.finfo(float).eps))
 
 
 def stage_stiffness(drivetrain: Drivetrain) -> dict[str, StageStiffness]:

@@ -24,7 +24,7 @@ from .drivetrain import MultibodySystem, build_drivetrain
 from .errors import ModelError, OrbitError
 from .excitation import Multisine
 from .linearization import LinearizedSystem, coordinate_transform, linearize
-from .modes import rigid_body_count
+from .mode_kinds import rigid_body_count
 from .parameters import Drivetrain
 
 FloatArray = NDArray[np.float64]

@@ -329,8 +329,8 @@ def check(
     file: Annotated[str, typer.Argument(metavar="FILE", help="A model file, or a preset.")],
 ) -> None:
     """Validate a model file and say what was understood."""
+    from mbs_models.mode_kinds import rigid_body_count
     from mbs_models.model_file import load
-    from mbs_models.modes import rigid_body_count
     from mbs_models.sanity import suspicious_stiffnesses
 
     from . import screen

@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fbs import SecondOrderSystem, real_modes
+from mbs_models.mode_kinds import rigid_body_count, scaled_singular_values
 
 from .diagnosis import in_words, locate
 from .metrics import frac, scaled_error
 from .results import Check, FrfComparison
-from .routes import Model, Route, couple_stages
+from .routes import Model, Route, kernel_condition
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[str, int, int], None]
@@ -105,7 +106,7 @@ def compare_frfs(
             for pair in pairs:
                 pieces[pair][route.name].append(frf.between(*pair).copy())
         if model.joints:
-            kernel.append(couple_stages(model, lines).kernel_condition)
+            kernel.append(kernel_condition(model, lines))
     report("comparing FRFs", len(frequency), len(frequency))
     curves = {
         pair: {name: np.concatenate(parts) for name, parts in by_route.items()}
@@ -197,10 +198,8 @@ def frf_checks(
 
 def scaled_condition(stiffness: FloatArray) -> float:
     """Largest over smallest non-zero singular value of K scaled to a unit diagonal."""
-    diagonal = np.sqrt(np.diag(stiffness))
-    scale = np.where(diagonal > 0.0, diagonal, 1.0)
-    values = np.linalg.svd(stiffness / np.outer(scale, scale), compute_uv=False)
-    return float(values[0] / values[values > 10 * len(values) * np.finfo(float).eps][-1])
+    values = scaled_singular_values(stiffness)
+    return float(values[0] / values[len(values) - rigid_body_count(stiffness) - 1])
 
 
 def _frf_findings(

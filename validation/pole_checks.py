@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fbs import RealModes, real_modes
 from fbs.damped_modes import is_proportional, modal_damping
-from mbs_models.mode_kinds import REPEATED, Modes
+from mbs_models.mode_kinds import Modes, mode_groups
 
 from .diagnosis import MAX_FINDINGS
 from .metrics import subspace_mac
@@ -44,7 +44,8 @@ def pole_checks(
 
 def _fbs_poles(model: Model, modes: RealModes) -> dict[int, FilteredPole]:
     """Poles of the coupled FRFs by mode; the damping must be proportional."""
-    dofs, groups = model.whole.dofs, mode_groups(modes)
+    dofs = model.whole.dofs
+    groups = mode_groups(modes.natural_frequencies, modes.n_rigid)
     found = filtered_poles(
         lambda f: couple_stages(model, f).frf.select(dofs, dofs).values,
         model.whole.mass,
@@ -53,27 +54,14 @@ def _fbs_poles(model: Model, modes: RealModes) -> dict[int, FilteredPole]:
     return dict(zip((mode for group in groups for mode in group), found, strict=True))
 
 
-def mode_groups(modes: RealModes) -> list[list[int]]:
-    """Elastic modes in groups of (nearly) equal frequency."""
-    frequencies = modes.natural_frequencies
-    groups: list[list[int]] = []
-    for mode in range(modes.n_rigid, len(frequencies)):
-        if groups and frequencies[mode] - frequencies[groups[-1][-1]] <= (
-            REPEATED * frequencies[mode]
-        ):
-            groups[-1].append(mode)
-        else:
-            groups.append([mode])
-    return groups
-
-
 def _pole_rows(
     model: Model, witness: Model, modes: Modes, filtered: dict[int, FilteredPole]
 ) -> list[PoleRow]:
     real = real_modes(witness.whole)
     frequencies, ratios = damped_modes(witness.whole, real)
     shapes = modes.shapes[[modes.labels.index(dof) for dof in real.dofs]]
-    macs = _eigensolution_macs(shapes, real, mode_groups(real), witness.whole.mass)
+    groups = mode_groups(real.natural_frequencies, real.n_rigid)
+    macs = _eigensolution_macs(shapes, real, groups, witness.whole.mass)
     ours, theirs, fbs = model.source, witness.source, f"FBS of {model.source} stages"
     rows = []
     for number, mode in enumerate(modes.modes):

@@ -182,6 +182,21 @@ def swapped_route(model: Model, files: Mapping[str, Frf]) -> Route:
     return Route(f"FBS with {', '.join(files)} from file", frf)
 
 
+def kernel_condition(model: Model, frequency: FloatArray) -> FloatArray:
+    """Amplification of the stages' errors in the interface kernel, per line.
+
+    Only the interface DoFs' FRFs are needed for it, not all that the stages have.
+    """
+    ends = [end for joint in model.joints for end in (joint.first, joint.second)]
+    labels = {name: [label for part, label in ends if part == name] for name in model.stages}
+    interface = {
+        name: direct_frf(system, frequency, wanted, wanted)
+        for name, system in model.stages.items()
+        if (wanted := list(dict.fromkeys(labels[name])))
+    }
+    return couple(interface, model.joints).kernel_condition
+
+
 def comparison_routes(exudyn: Model, equations_model: Model) -> tuple[Route, ...]:
     """Every route that is held against exudyn's whole system."""
     return (
