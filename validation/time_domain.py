@@ -21,7 +21,7 @@ from .results import Check, TimeDomain
 from .routes import build_model, couple_stages, exudyn_source
 
 if TYPE_CHECKING:
-    from mbs_models.time_integration import PeriodicRecord
+    from mbs_models.periodic_orbit import PeriodicRecord
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[str, int, int], None]
@@ -81,7 +81,7 @@ def time_domain(
     drivetrain = with_damping(drivetrain)
     model = build_model(exudyn_source(), drivetrain)
     record = _record(drivetrain, model.whole, excitation, frequency_axis(df, fmax, df), progress)
-    signal = record.excitation
+    signal = record.excitation.signal
     coupled = couple_stages(model, signal.frequency).frf.select(record.labels, [excitation])
     reference, found = coupled.values[:, :, 0], record.receptance()
 
@@ -114,14 +114,15 @@ def _record(
     progress: Progress | None,
 ) -> PeriodicRecord:
     """A record at the smallest amplitude whose orbit closes."""
-    from mbs_models.excitation import schroeder_multisine
-    from mbs_models.time_integration import periodic_response
+    from mbs_models.excitation import Excitation
+    from mbs_models.periodic_orbit import periodic_response
+    from mbs_models.signals import schroeder_multisine
 
     for displacement in AMPLITUDES:
         amplitudes = even_amplitudes(system, excitation, lines, displacement)
-        signal = schroeder_multisine(excitation, lines[0], lines[-1], lines[0], amplitudes)
+        signal = schroeder_multisine(lines[0], lines[-1], lines[0], amplitudes)
         try:
-            return periodic_response(drivetrain, signal, progress=progress)
+            return periodic_response(drivetrain, Excitation(excitation, signal), progress=progress)
         except OrbitError:
             if displacement == AMPLITUDES[-1]:
                 raise

@@ -22,10 +22,11 @@ from scipy.linalg import eigh
 
 from .drivetrain import MultibodySystem, build_drivetrain
 from .errors import ModelError, OrbitError
-from .excitation import Multisine
+from .excitation import Excitation
 from .linearization import LinearizedSystem, coordinate_transform, linearize
 from .mode_kinds import rigid_body_count
 from .parameters import Drivetrain
+from .signals import Multisine
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[str, int, int], None]
@@ -69,7 +70,7 @@ class PeriodicRecord:
     labels: tuple[str, ...]
     time: FloatArray
     displacement: FloatArray
-    excitation: Multisine
+    excitation: Excitation[Multisine]
     force: FloatArray
     step: float
     closure: float
@@ -78,22 +79,22 @@ class PeriodicRecord:
 
     def receptance(self) -> NDArray[np.complex128]:
         """H_k = X_k/F_k at the excited lines, (n_line, n_dof): no leakage, no window (m/N)."""
-        lines = self.excitation.harmonics
+        lines = self.excitation.signal.harmonics
         motion = np.fft.rfft(self.displacement, axis=0)[lines]
         receptance: NDArray[np.complex128] = motion / np.fft.rfft(self.force)[lines, None]
         return receptance
 
 
-def steps_per_period(excitation: Multisine) -> int:
+def steps_per_period(signal: Multisine) -> int:
     """Steps that keep the trapezoidal rule's (ωh)²/12 at the highest line below what is allowed."""
-    highest = 2.0 * np.pi * float(excitation.frequency.max())
+    highest = 2.0 * np.pi * float(signal.frequency.max())
     step = np.sqrt(12.0 * FREQUENCY_BEND) / highest
-    return int(np.ceil(excitation.period / step))
+    return int(np.ceil(signal.period / step))
 
 
 def periodic_response(
     drivetrain: Drivetrain,
-    excitation: Multisine,
+    excitation: Excitation[Multisine],
     *,
     steps: int | None = None,
     progress: Progress | None = None,
@@ -118,7 +119,7 @@ def periodic_response(
     OrbitError
         The motion diverged, or the orbit does not close.
     """
-    runner = _Runner(drivetrain, excitation, steps or steps_per_period(excitation))
+    runner = _Runner(drivetrain, excitation, steps or steps_per_period(excitation.signal))
     report = progress or (lambda name, done, total: None)
     state = runner.linear_start()
     plus, shots = _close(runner, state, 1.0, lambda k: report("time integration", k, 4))
@@ -173,7 +174,9 @@ def _close(
 class _Runner:
     """A drivetrain with its load and sensors, ready to be integrated over one period."""
 
-    def __init__(self, drivetrain: Drivetrain, excitation: Multisine, steps: int) -> None:
+    def __init__(
+        self, drivetrain: Drivetrain, excitation: Excitation[Multisine], steps: int
+    ) -> None:
         self.excitation = excitation
         self.system = build_drivetrain(drivetrain)
         self.linear = linearize(self.system)
@@ -183,8 +186,8 @@ class _Runner:
                 f"{', '.join(self.linear.dofs)}"
             )
         self.steps = steps
-        self.step = excitation.period / self.steps
-        self.force = excitation.samples(self.steps)
+        self.step = excitation.signal.period / self.steps
+        self.force = excitation.signal.samples(self.steps)
         self.transform = coordinate_transform(self.system)
         self.modal = _Modal(self.linear, self.steps, self.step)
         self.responding = np.ones(len(self.linear.dofs), dtype=bool)
@@ -212,12 +215,14 @@ class _Runner:
     def linear_start(self) -> FloatArray:
         """State at t = 0 of the linearised steady state, Re Σ H(ω_k) F_k, as integrated."""
         linear = self.linear
-        omega = 2.0 / self.step * np.tan(np.pi * self.excitation.frequency * self.step)
+        omega = 2.0 / self.step * np.tan(np.pi * self.excitation.signal.frequency * self.step)
         w = omega[:, None, None]
         stiffness = linear.stiffness - w**2 * linear.mass + 1j * w * linear.damping
         unit = np.zeros((len(linear.dofs), 1), dtype=complex)
         unit[linear.dofs.index(self.excitation.dof)] = 1.0
-        motion = np.linalg.solve(stiffness, unit)[:, :, 0] * self.excitation.spectrum[:, None]
+        motion = (
+            np.linalg.solve(stiffness, unit)[:, :, 0] * self.excitation.signal.spectrum[:, None]
+        )
         expected = np.abs(motion).max(axis=0)
         # The others are zero by symmetry: what moves them is of second order.
         self.responding = expected > 1e-9 * expected.max()

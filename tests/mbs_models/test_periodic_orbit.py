@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from mbs_models.errors import ModelError, OrbitError
-from mbs_models.excitation import Multisine, schroeder_multisine
+from mbs_models.excitation import Excitation
 from mbs_models.model_file import load
-from mbs_models.time_integration import CLOSURE, periodic_response, steps_per_period
+from mbs_models.periodic_orbit import CLOSURE, periodic_response, steps_per_period
+from mbs_models.signals import Multisine, schroeder_multisine
 from tests.strategies import changed, damped, paper
 from validation.time_domain import RAYLEIGH, rayleigh_damping, time_domain, time_domain_checks
 
@@ -18,7 +19,11 @@ SUN = "planetary.sun.w"
 
 
 def sun_multisine(force: float = 0.5) -> Multisine:
-    return schroeder_multisine(SUN, 100.0, 2000.0, 100.0, force)
+    return schroeder_multisine(100.0, 2000.0, 100.0, force)
+
+
+def at_sun(force: float = 0.5) -> Excitation[Multisine]:
+    return Excitation(SUN, sun_multisine(force))
 
 
 def lin_parker():  # type: ignore[no-untyped-def]
@@ -37,7 +42,7 @@ def test_a_multisine_has_its_lines_and_no_others() -> None:
 
 def test_schroeder_phases_keep_the_peak_low() -> None:
     """Crest factor of a flat multisine of 200 lines: 1.7 (Schroeder 1970), not √400 = 20."""
-    samples = schroeder_multisine("x", 1.0, 200.0, 1.0, 1.0).samples(4000)
+    samples = schroeder_multisine(1.0, 200.0, 1.0, 1.0).samples(4000)
     assert np.abs(samples).max() / samples.std() < 2.0
 
 
@@ -52,7 +57,7 @@ def test_schroeder_phases_keep_the_peak_low() -> None:
 def test_multisines_that_are_none(keys: dict[str, float], words: str) -> None:
     given = {"fmin": 100.0, "fmax": 2000.0, "df": 100.0, "amplitudes": 1.0} | keys
     with pytest.raises(ModelError, match=words):
-        schroeder_multisine(SUN, **given)
+        schroeder_multisine(**given)
 
 
 def test_lines_beyond_nyquist_are_refused() -> None:
@@ -61,13 +66,13 @@ def test_lines_beyond_nyquist_are_refused() -> None:
 
 
 def test_an_unknown_dof_is_refused() -> None:
-    signal = schroeder_multisine("planetary.sun.q", 100.0, 500.0, 100.0, 1.0)
+    signal = Excitation("planetary.sun.q", schroeder_multisine(100.0, 500.0, 100.0, 1.0))
     with pytest.raises(ModelError, match=r"'planetary.sun.q': no such DoF; known: planetary.sun.u"):
         periodic_response(lin_parker(), signal)
 
 
 def test_the_orbit_closes_and_the_record_says_how() -> None:
-    record = periodic_response(lin_parker(), sun_multisine())
+    record = periodic_response(lin_parker(), at_sun())
     assert record.closure <= CLOSURE
     assert record.even_share < 1e-3
     assert len(record.time) == steps_per_period(record.excitation)
@@ -80,7 +85,9 @@ def test_halving_the_step_shows_the_trapezoidal_rules_order() -> None:
     signal, drivetrain = sun_multisine(), lin_parker()
     steps = steps_per_period(signal) // 2
     frfs = [
-        periodic_response(drivetrain, signal, steps=steps * factor).receptance()[:, 2]
+        periodic_response(drivetrain, Excitation(SUN, signal), steps=steps * factor).receptance()[
+            :, 2
+        ]
         for factor in (1, 2, 4)
     ]
     differences = [np.abs(a - b).max() for a, b in pairwise(frfs)]
@@ -90,9 +97,9 @@ def test_halving_the_step_shows_the_trapezoidal_rules_order() -> None:
 def test_large_amplitudes_are_not_linear_and_do_not_pass_unnoticed() -> None:
     """Gears turned by a tenth of a radian: geometry bends what is to be linear."""
     with pytest.raises(OrbitError, match=r"does not close|diverged"):
-        periodic_response(lin_parker(), sun_multisine(force=5e5))
+        periodic_response(lin_parker(), at_sun(force=5e5))
     small, larger = (
-        periodic_response(lin_parker(), sun_multisine(force)).even_share for force in (0.5, 5.0)
+        periodic_response(lin_parker(), at_sun(force)).even_share for force in (0.5, 5.0)
     )
     assert larger == pytest.approx(10.0 * small, rel=0.1)  # even terms grow with the square
 
