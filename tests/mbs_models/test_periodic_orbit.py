@@ -75,7 +75,7 @@ def test_the_orbit_closes_and_the_record_says_how() -> None:
     record = periodic_response(lin_parker(), at_sun())
     assert record.closure <= CLOSURE
     assert record.even_share < 1e-3
-    assert len(record.time) == steps_per_period(record.excitation)
+    assert len(record.time) == steps_per_period(record.excitation.signal)
     assert record.displacement.shape == (len(record.time), 18)
     assert np.isfinite(record.displacement).all()
 
