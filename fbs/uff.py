@@ -74,17 +74,17 @@ def write_uff(frf: Frf, path: str | os.PathLike[str]) -> None:
     spacing = _spacing(frf.frequency)
     labels = dict.fromkeys(frf.responses + frf.excitations)
     for label in labels:
-        _refuse_unfit_label(label)
+        refuse_unfit_label(label)
     nodes = {label: number for number, label in enumerate(labels, start=1)}
     parent = target.parent.resolve(strict=True)
     with tempfile.TemporaryDirectory(prefix=".uff-", dir=parent) as folder:
         whole, part = Path(folder, "whole"), Path(folder, "part")
         # pyuff reads the file again after every dataset: each goes to a small file of its own
         with whole.open("wb") as out:
-            out.write(_as_bytes(_si_units(), part))
+            out.write(as_bytes(si_units(), part))
             for excitation in frf.excitations:
                 for response in frf.responses:
-                    out.write(_as_bytes(_function(frf, response, excitation, nodes, spacing), part))
+                    out.write(as_bytes(_function(frf, response, excitation, nodes, spacing), part))
         os.replace(whole, target)
 
 
@@ -140,7 +140,8 @@ class _PyuffErrors:
 # --- writing -----------------------------------------------------------------------------------
 
 
-def _as_bytes(dataset: dict[str, Any], scratch: Path) -> bytes:
+def as_bytes(dataset: dict[str, Any], scratch: Path) -> bytes:
+    """Return a dataset as it stands in a file, written by pyuff."""
     import pyuff
 
     # 'overwrite' is safe in ASCII only: in binary pyuff writes the data over the header
@@ -149,7 +150,8 @@ def _as_bytes(dataset: dict[str, Any], scratch: Path) -> bytes:
     return scratch.read_bytes()
 
 
-def _si_units() -> dict[str, Any]:
+def si_units() -> dict[str, Any]:
+    """Return the dataset 164 of SI units."""
     return {
         "type": 164,
         "units_code": 1,
@@ -194,7 +196,8 @@ def _function(
     }
 
 
-def _refuse_unfit_label(label: str) -> None:
+def refuse_unfit_label(label: str) -> None:
+    """Refuse a label that does not survive an ID line."""
     longest = LINE - max(len(RESPONSE), len(EXCITATION))
     if len(label) > longest:
         raise UffError(f"label {label!r} has {len(label)} characters; UFF takes {longest}")
@@ -206,10 +209,10 @@ def _spacing(axis: FloatArray) -> int:
     """Return EVEN or UNEVEN: which of the two carries the axis through E13.5 unharmed."""
     if axis.size < 2:
         raise UffError(f"UFF needs two lines at least, there is only {axis[0]:.10g} Hz")
-    first, step = _six_digits([axis[0], axis[1] - axis[0]])
+    first, step = six_digits([axis[0], axis[1] - axis[0]])
     if step > 0 and _same(_even_axis(first, step, axis.size), axis):
         return EVEN
-    stored = _six_digits(axis)
+    stored = six_digits(axis)
     if _same(stored, axis):
         return UNEVEN
     worst = int(np.argmax(np.abs(stored - axis)))
@@ -221,7 +224,8 @@ def _spacing(axis: FloatArray) -> int:
     )
 
 
-def _six_digits(values: Iterable[float]) -> FloatArray:
+def six_digits(values: Iterable[float]) -> FloatArray:
+    """Return the values as E13.5 keeps them."""
     return np.array([float(f"{value:.5e}") for value in values])
 
 
@@ -255,6 +259,17 @@ class _Measurement:
 
 
 def _measurements(path: Path) -> list[_Measurement]:
+    functions, types, length, force = read_functions(path)
+    found = [_measurement(f, length, force) for f in functions if f["func_type"] == FRF_FUNCTION]
+    if not found:
+        raise UffError(
+            f"no FRF (dataset 58, function type 4) inside; {what_is_there(functions, types)}"
+        )
+    return found
+
+
+def read_functions(path: Path) -> tuple[list[dict[str, Any]], list[int], float, float]:
+    """Return the datasets 58, the types of all, and the factors of length and force."""
     import pyuff
 
     _refuse_truncated(path.read_bytes())
@@ -262,15 +277,14 @@ def _measurements(path: Path) -> list[_Measurement]:
         file = pyuff.UFF(str(path))
         types = [int(kind) for kind in file.get_set_types()]
     length, force = _unit_factors([_dataset(file, n) for n, t in enumerate(types) if t == 164])
-    functions = [_dataset(file, n) for n, t in enumerate(types) if t == 58]
-    found = [_measurement(f, length, force) for f in functions if f["func_type"] == FRF_FUNCTION]
-    if not found:
-        kinds = sorted({int(f["func_type"]) for f in functions})
-        raise UffError(
-            f"no FRF (dataset 58, function type 4) inside; there are datasets {sorted(set(types))}"
-            + (f", functions of type {kinds}" if kinds else "")
-        )
-    return found
+    return [_dataset(file, n) for n, t in enumerate(types) if t == 58], types, length, force
+
+
+def what_is_there(functions: Sequence[dict[str, Any]], types: Iterable[int]) -> str:
+    """Say which datasets and functions a file holds."""
+    kinds = sorted({int(f["func_type"]) for f in functions})
+    found = f"there are datasets {sorted(set(types))}"
+    return found + (f", functions of type {kinds}" if kinds else "")
 
 
 def _refuse_truncated(content: bytes) -> None:
@@ -297,8 +311,8 @@ def _unit_factors(units: Sequence[dict[str, Any]]) -> tuple[float, float]:
 
 
 def _measurement(dataset: dict[str, Any], length: float, force: float) -> _Measurement:
-    response, response_sign = _dof(dataset, "id4", RESPONSE, "rsp")
-    excitation, excitation_sign = _dof(dataset, "id5", EXCITATION, "ref")
+    response, response_sign = dof_label(dataset, "id4", RESPONSE, "rsp")
+    excitation, excitation_sign = dof_label(dataset, "id5", EXCITATION, "ref")
     name = f"the FRF from {excitation!r} to {response!r}"
     quantity = _quantity(dataset, name)
     if dataset["ord_data_type"] not in COMPLEX:
@@ -314,7 +328,7 @@ def _measurement(dataset: dict[str, Any], length: float, force: float) -> _Measu
     return _Measurement(response, excitation, quantity, _axis(dataset), values * factor)
 
 
-def _dof(dataset: dict[str, Any], line: str, prefix: str, end: str) -> tuple[str, int]:
+def dof_label(dataset: dict[str, Any], line: str, prefix: str, end: str) -> tuple[str, int]:
     """Return the label at one end, and the sign that makes its direction positive."""
     node, direction = int(dataset[f"{end}_node"]), int(dataset[f"{end}_dir"])
     if abs(direction) >= len(DIRECTIONS):
@@ -350,13 +364,17 @@ def _refuse_foreign_units(dataset: dict[str, Any], quantity: Quantity, name: str
         ("ordinate", SPELLINGS[quantity]),
         ("orddenom", FORCE_SPELLINGS),
     ):
-        label = dataset[f"{axis}_axis_units_lab"]
-        plain = re.sub(r"[()\s]", "", label.lower()).replace("**", "^").replace("²", "^2")
-        if plain.removesuffix("/n") not in known | {"", "none"}:
-            raise UffError(
-                f"{name} has the unit {label!r}; without other factors in dataset 164 it must be "
-                f"SI ({' or '.join(sorted(known))})"
-            )
+        refuse_foreign_unit(dataset[f"{axis}_axis_units_lab"], known, name)
+
+
+def refuse_foreign_unit(label: str, known: set[str], name: str) -> None:
+    """Refuse a unit label that is none of the SI spellings known."""
+    plain = re.sub(r"[()\s]", "", label.lower()).replace("**", "^").replace("²", "^2")
+    if plain.removesuffix("/n") not in known | {"", "none"}:
+        raise UffError(
+            f"{name} has the unit {label!r}; without other factors in dataset 164 it must be "
+            f"SI ({' or '.join(sorted(known))})"
+        )
 
 
 def _axis(dataset: dict[str, Any]) -> FloatArray:

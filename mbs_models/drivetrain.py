@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 
 from .elements import Assembly, Dof, RigidBody
+from .errors import ModelError
 from .gear_geometry import Vector
+from .mesh_excitation import MeshLaw
 from .parallel_stage import add_parallel_stage, body_centres
 from .parameters import DIRECTIONS, Coupling, Drivetrain, Inertia, ParallelStage, Part
 from .placement import (
@@ -43,6 +45,8 @@ class MultibodySystem:
         (node, coordinate) pairs held by constraints to ground.
     bodies
         Every rigid body by name; a coupling's hub has the coupling's name.
+    meshes
+        exudyn's object of every mesh spring by name, as in `components`.
     """
 
     container: Any
@@ -51,22 +55,34 @@ class MultibodySystem:
     derived: dict[str, tuple[str, float]]
     locked: tuple[tuple[int, int], ...]
     bodies: Mapping[str, RigidBody] = field(default_factory=dict)
+    meshes: Mapping[str, int] = field(default_factory=dict)
 
 
-def build_drivetrain(drivetrain: Drivetrain) -> MultibodySystem:
+def build_drivetrain(
+    drivetrain: Drivetrain, meshes: Mapping[str, MeshLaw] | None = None
+) -> MultibodySystem:
     """Build the whole drivetrain as one exudyn system.
+
+    Parameters
+    ----------
+    drivetrain
+        Its parameters.
+    meshes
+        Force laws of mesh springs, by name as in `components`; the others are constant springs.
+        Linearise without laws: exudyn differentiates them numerically, at t = 0.
 
     Raises
     ------
     ModelError
-        A loop of rigid couplings ties bodies that are one already.
+        A loop of rigid couplings ties bodies that are one already, or a law has no mesh.
     """
-    train = _Train(drivetrain)
+    train = _Train(drivetrain, meshes or {})
     for part in drivetrain.parts:
         train.add_part(part)
     for coupling in drivetrain.couplings:
         train.add_hub(coupling, share=1.0)
         train.add_translations(coupling)
+    _check_laws(train)
     return _finish(train)
 
 
@@ -77,7 +93,7 @@ def build_stage(drivetrain: Drivetrain, name: str) -> MultibodySystem:
     interface DoF on both sides of the cut (seed paper, Eqs. 6 and 10). A massless hub is cut at its
     rigid end: its spring is the joint, in neither of the two. Translations are joints too.
     """
-    train = _Train(drivetrain)
+    train = _Train(drivetrain, {})
     train.add_part(drivetrain.part(name))
     for coupling in drivetrain.couplings:
         train.add_hub(coupling, share=0.5)
@@ -117,11 +133,11 @@ def _centre(drivetrain: Drivetrain, body: str) -> Vector:
 class _Train:
     """A drivetrain being put together."""
 
-    def __init__(self, drivetrain: Drivetrain) -> None:
+    def __init__(self, drivetrain: Drivetrain, meshes: Mapping[str, MeshLaw]) -> None:
         self.drivetrain = drivetrain
         self.facing = facings(drivetrain)
         self.frames = place_parts(drivetrain)
-        self.assembly = Assembly(drivetrain.damping)
+        self.assembly = Assembly(drivetrain.damping, meshes)
         self.bodies: dict[str, RigidBody] = {}
         self.hubs: dict[str, RigidBody] = {}
 
@@ -188,6 +204,13 @@ class _Train:
             self.assembly.derive_dof(follower, leader, sign)
 
 
+def _check_laws(train: _Train) -> None:
+    known = train.assembly.meshes
+    for name in train.assembly.mesh_laws:
+        if name not in known:
+            raise ModelError(f"mesh law for '{name}': no such mesh; known: {', '.join(known)}")
+
+
 def _finish(train: _Train) -> MultibodySystem:
     assembly = train.assembly
     assembly.mbs.Assemble()
@@ -198,4 +221,5 @@ def _finish(train: _Train) -> MultibodySystem:
         derived=dict(assembly.derived),
         locked=tuple(assembly.locked),
         bodies=train.bodies | train.hubs,
+        meshes=dict(assembly.meshes),
     )

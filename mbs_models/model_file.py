@@ -17,13 +17,14 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
-from pydantic import ValidationError
+from pydantic import TypeAdapter, ValidationError
 from pydantic_core import ErrorDetails
 
 from .errors import ModelError
+from .excitation_tables import ExcitationTable
 from .parameters import Drivetrain
 
 Schema = Mapping[str, Any]
@@ -105,7 +106,29 @@ def loads(text: str, origin: str = "<string>") -> Drivetrain:
     try:
         return Drivetrain.model_validate(data, by_alias=True, by_name=False)
     except ValidationError as error:
-        raise ModelError(f"{origin}: {_one_message(error, data)}") from error
+        raise ModelError(f"{origin}: {_one_message(error.errors(), data)}") from error
+
+
+def folder_of(model: str | Path) -> Path:
+    """Where a model's relative paths start: its file's folder; a preset's the working directory."""
+    return Path() if str(model) in preset_names() else Path(model).parent
+
+
+def excitation_table(data: Mapping[str, Any]) -> ExcitationTable:
+    """One [[excitation]] table from its keys and values.
+
+    Raises
+    ------
+    ModelError
+        Naming the key, its value and what is allowed.
+    """
+    try:
+        return _excitation_adapter().validate_python(data)
+    except ValidationError as error:
+        first: Location = ("excitation", 0)
+        details = [{**detail, "loc": (*first, *detail["loc"])} for detail in error.errors()]
+        message = _one_message(cast("list[ErrorDetails]", details), {"excitation": [data]})
+        raise ModelError(message.replace("excitation[0]: ", "")) from error
 
 
 def dumps(drivetrain: Drivetrain) -> str:
@@ -212,13 +235,13 @@ class Place:
         return _dotted(self.path[:2]) + label + (f": {key}" if key else "")
 
 
-def _one_message(error: ValidationError, data: Mapping[str, Any]) -> str:
+def _one_message(errors: Sequence[ErrorDetails], data: Mapping[str, Any]) -> str:
     """The first problem in full and the places of the others.
 
     Unknown keys come first: where a key is mistyped, the missing one follows from it. A list that
     is too short for want of a good item is left out in favour of the item.
     """
-    details = sorted(error.errors(), key=lambda detail: detail["type"] != "extra_forbidden")
+    details = sorted(errors, key=lambda detail: detail["type"] != "extra_forbidden")
     above = {detail["loc"][:n] for detail in details for n in range(len(detail["loc"]))}
     details = [d for d in details if d["type"] != "too_short" or d["loc"] not in above]
     problems: dict[str, str] = {}
@@ -273,6 +296,11 @@ def _place(detail: ErrorDetails) -> Place:
 
 
 @cache
+def _excitation_adapter() -> TypeAdapter[ExcitationTable]:
+    return TypeAdapter(ExcitationTable)
+
+
+@cache
 def _drivetrain_schema() -> Schema:
     return Drivetrain.model_json_schema(by_alias=True)
 
@@ -296,6 +324,8 @@ def _allowed(schema: Schema) -> str:
     if "discriminator" in schema:
         tag = schema["discriminator"]
         return f"a table with {tag['propertyName']} {' or '.join(map(_toml, tag['mapping']))}"
+    if "enum" in schema:
+        return " or ".join(map(_toml, schema["enum"]))
     if "anyOf" in schema:
         return " or ".join(_allowed(branch) for branch in schema["anyOf"])
     if schema["type"] == "object":

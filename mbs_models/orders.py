@@ -68,7 +68,7 @@ def speeds(parts: Components, driven: str) -> dict[str, float]:
 
     Of all motions that strain nothing the smallest is taken: what is not driven stands still.
     """
-    free = _null_space(parts)
+    free = free_motions(parts)
     turns = {body: motion[ROTATION[len(motion)]] @ free for body, motion in parts.motions.items()}
     along = turns[driven]
     if not len(along) or np.linalg.norm(along) < 1e-6 * max(
@@ -79,8 +79,8 @@ def speeds(parts: Components, driven: str) -> dict[str, float]:
     return {body: float(row @ drive) for body, row in turns.items()}
 
 
-def _null_space(parts: Components) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
-    """Motions that strain no spring (n_dof, n), whatever the springs' stiffness."""
+def free_motions(parts: Components) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+    """Motions that strain no spring (n_dof, n), orthonormal, whatever the springs' stiffness."""
     rows = []
     for spring in parts.springs:
         values, turn = np.linalg.eigh(spring.stiffness)
@@ -123,7 +123,7 @@ def _mesh_orders(
     drivetrain: Drivetrain, parts: Components, ratio: Mapping[str, float]
 ) -> Iterator[Order]:
     for stage in drivetrain.stages:
-        passed = _passed(stage, ratio)
+        passed = teeth_passed(stage, ratio)
         if passed > STANDS_STILL:
             meshes = tuple(
                 spring.name
@@ -134,7 +134,7 @@ def _mesh_orders(
             yield Order(f"mesh {stage.name}", passed, HARMONICS, springs=meshes)
 
 
-def _passed(stage: ParallelStage | PlanetaryStage, ratio: Mapping[str, float]) -> float:
+def teeth_passed(stage: ParallelStage | PlanetaryStage, ratio: Mapping[str, float]) -> float:
     """Teeth passed per turn of the input; 0 where no teeth are given."""
     if isinstance(stage, ParallelStage):
         gears = {"pinion": stage.pinion.teeth, "wheel": stage.wheel.teeth}

@@ -14,6 +14,7 @@ import math
 
 import numpy as np
 
+from .components import mesh_name
 from .elements import Assembly, RigidBody
 from .gear_geometry import Vector, centre_distance, external_mesh, radial
 from .parameters import ParallelGear, ParallelStage
@@ -89,6 +90,7 @@ def _add_mesh(
     # the helix raises the line of action out of it.
     rise = np.array([0.0, 0.0, math.tan(alpha) * math.tan(beta)])
     assembly.mesh_spring(
+        mesh_name(f"{stage.name}.pinion", f"{stage.name}.wheel"),
         bodies["pinion"],
         frame.direction(line.first_point - r_1 * rise),
         bodies["wheel"],

@@ -35,6 +35,10 @@ from .bodies import (
     Table,
     bearing,
 )
+from .dof_radii import dof_radii
+from .excitation_tables import ExcitationTable, require_dof
+from .mesh_tables import CONSTANT_STIFFNESS, Backlash, MeshVariation, TransmissionError
+from .operation import Operation
 
 __all__ = [
     "Carrier",
@@ -69,26 +73,6 @@ class Damping(Table):
     mass_proportional: Annotated[float, Field(ge=0.0, json_schema_extra={"unit": "1/s"})] = 0.0
 
 
-class Operation(Table):
-    """How the drivetrain turns: the speed range (rpm) of one of its bodies."""
-
-    input: str
-    speed_range: Annotated[
-        tuple[
-            Annotated[float, Field(ge=0.0, json_schema_extra={"unit": "rpm"})],
-            Annotated[float, Field(gt=0.0, json_schema_extra={"unit": "rpm"})],
-        ],
-        Field(strict=False, description="a list of two speeds (rpm)"),
-    ]
-
-    @model_validator(mode="after")
-    def _a_range(self) -> Self:
-        first, last = self.speed_range
-        if first >= last:
-            raise ValueError(f"speed_range = [{first}, {last}]: the second must be larger")
-        return self
-
-
 def check_teeth(gears: Mapping[str, tuple[int | None, float]]) -> None:
     """Refuse tooth numbers that are not as the base radii (key → teeth, base radius)."""
     given = [(key, teeth, radius) for key, (teeth, radius) in gears.items() if teeth is not None]
@@ -120,6 +104,9 @@ class ParallelStage(Table):
     # action whatever the angle.
     pressure_angle: PressureAngle = 20.0
     mesh_stiffness: Stiffness
+    mesh_variation: MeshVariation = CONSTANT_STIFFNESS
+    mesh_transmission_error: TransmissionError | None = None
+    mesh_backlash: Backlash = 0.0
     pinion: ParallelGear
     wheel: ParallelGear
 
@@ -141,7 +128,10 @@ class ParallelStage(Table):
 
 
 class PlanetaryStage(Table):
-    """Sun, ring, carrier and N planets, three degrees of freedom each (Lin & Parker 1999)."""
+    """Sun, ring, carrier and N planets, three degrees of freedom each (Lin & Parker 1999).
+
+    ``ring_mesh_phase``: how far a planet's ring mesh is behind its sun mesh (mesh periods).
+    """
 
     type: Literal["planetary"]
     name: Name
@@ -152,6 +142,13 @@ class PlanetaryStage(Table):
     ring_pressure_angle: PressureAngle | None = None
     sun_mesh_stiffness: MeshStiffness
     ring_mesh_stiffness: MeshStiffness
+    sun_mesh_variation: MeshVariation = CONSTANT_STIFFNESS
+    ring_mesh_variation: MeshVariation = CONSTANT_STIFFNESS
+    sun_mesh_transmission_error: TransmissionError | None = None
+    ring_mesh_transmission_error: TransmissionError | None = None
+    sun_mesh_backlash: Backlash = 0.0
+    ring_mesh_backlash: Backlash = 0.0
+    ring_mesh_phase: float | None = None
     planet_bearing: Stiffness | BearingMatrix | None = None
     planet_bearing_radial: Stiffness | None = None
     planet_bearing_tangential: Stiffness | None = None
@@ -397,6 +394,10 @@ class Drivetrain(Table):
         tuple[Coupling, ...],
         Field(alias="coupling", strict=False, description="[[coupling]] tables"),
     ] = ()
+    excitations: Annotated[
+        tuple[ExcitationTable, ...],
+        Field(alias="excitation", strict=False, description="[[excitation]] tables"),
+    ] = ()
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -417,12 +418,19 @@ class Drivetrain(Table):
                         f"not a body of this drivetrain; allowed: {', '.join(self.bodies)}"
                     )
             self._check_translations(i, coupling)
-        if self.operation is not None and self.operation.input not in self.bodies:
-            raise ValueError(
-                f"operation: input = {self.operation.input!r}: not a body of this drivetrain; "
-                f"allowed: {', '.join(self.bodies)}"
-            )
+        self._check_operation()
+        for i, excitation in enumerate(self.excitations):
+            require_dof(f"excitation[{i}]: ", excitation.dof, dof_radii(self))
         return self
+
+    def _check_operation(self) -> None:
+        for key in ("input", "output"):
+            body = getattr(self.operation, key, None)
+            if body is not None and body not in self.bodies:
+                raise ValueError(
+                    f"operation: {key} = {body!r}: not a body of this drivetrain; "
+                    f"allowed: {', '.join(self.bodies)}"
+                )
 
     def _check_translations(self, i: int, coupling: Coupling) -> None:
         for dof in coupling.dofs:

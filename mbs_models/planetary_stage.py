@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from .bodies import Bearing
+from .components import mesh_name
 from .elements import Assembly, Matrix, RigidBody
 from .gear_geometry import external_mesh, internal_mesh, radial, tangential
 from .parameters import PlanetaryStage
@@ -108,6 +109,7 @@ def _add_meshes(
         ("ring", ring_line, stage.ring_meshes[number - 1]),
     ):
         assembly.mesh_spring(
+            mesh_name(f"{stage.name}.{member}", f"{stage.name}.planet{number}"),
             bodies[member],
             frame.direction(line.first_point),
             planet,

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .components import GROUND, Components, End, Spring, SpringKind
+from .components import GROUND, Components, End, Spring, SpringKind, mesh_name
 from .drivetrain import MultibodySystem, build_drivetrain
 from .linearization import coordinate_transform
 from .parameters import Drivetrain
@@ -93,13 +93,13 @@ class _Reader:
         return rigid[:, list(own)] @ self.transform[self.rows(end.body)]
 
     def _mesh(self, item: dict[str, Any]) -> Spring:
+        """A mesh by its mean stiffness, whatever force law it has."""
         first, second = (self._end(self.markers[m]) for m in item["markerNumbers"])
         along = second.point - first.point
         along = along / np.linalg.norm(along)
         stretch = along @ (self._motion(second) - self._motion(first))[:3]
-        name = f"mesh {first.body} – {_without_stage(second.body, first.body)}"
         return Spring(
-            name,
+            mesh_name(first.body, second.body),
             SpringKind.MESH,
             (first, second),
             along[:, None],
@@ -154,9 +154,3 @@ class _Reader:
             np.array([[item["stiffness"]]]),
             stretch[None],
         )
-
-
-def _without_stage(body: str, other: str) -> str:
-    """A body's name without its stage, where the other stands in the same."""
-    stage, _, member = body.rpartition(".")
-    return member if other.startswith(f"{stage}.") else body

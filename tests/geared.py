@@ -1,0 +1,38 @@
+"""Drivetrains with teeth, and what excites their meshes, for tests."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from mbs_models.model_file import load
+from mbs_models.parameters import Drivetrain
+from tests.strategies import changed
+
+# Teeth for Lin & Parker's base radii 38.7 and 50.2 mm (ring 139.1 mm): within 2 %, and such that N
+# planets can be put in: (z_s + z_r)/N whole.
+TEETH = {3: (28, 36, 101), 4: (27, 35, 97), 5: (27, 35, 98)}
+
+
+def lin_parker(
+    planets: int = 4, *, beta: float = 0.0, alpha: float = 0.0, **stage: Any
+) -> Drivetrain:
+    """Lin & Parker's (1999) gear set with teeth, driven at the sun; keys of the stage changed."""
+    drivetrain = load(f"lin-parker-{planets}")
+    (own,) = drivetrain.stages
+    tables = own.model_dump(exclude_unset=True) | stage
+    for gear, teeth in zip(("sun", "planet", "ring"), TEETH[planets], strict=True):
+        tables[gear] = tables[gear] | {"teeth": teeth}
+    return changed(
+        drivetrain,
+        stage=[tables],
+        operation={"input": f"{own.name}.sun", "speed_range": [0.0, 10000.0]},
+        damping={"stiffness_proportional": beta, "mass_proportional": alpha},
+    )
+
+
+def speed_for(drivetrain: Drivetrain, mesh_frequency: float) -> float:
+    """Sun speed (rpm) for a mesh frequency (Hz): f = z_s Ω_s z_r/(z_s + z_r), the ring held."""
+    (stage,) = drivetrain.stages
+    z_s, z_r = stage.sun.teeth, stage.ring.teeth
+    r_s, r_r = stage.sun.base_radius, stage.ring_radius
+    return 60.0 * mesh_frequency * (r_s + r_r) / r_r / z_s if z_r else 0.0
