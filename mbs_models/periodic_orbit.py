@@ -15,25 +15,23 @@ from typing import Any
 
 import exudyn as exu
 import numpy as np
-from exudyn.exudynCPP import NodeIndex
-from exudyn.utilities import LoadCoordinate, MarkerNodeCoordinate, SensorNode
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from .drivetrain import MultibodySystem, build_drivetrain
-from .errors import ModelError, OrbitError
+from .drivetrain import build_drivetrain
+from .errors import OrbitError
 from .excitation import Excitation
+from .integrators import KNOWN_BEND
 from .linearization import LinearizedSystem, coordinate_transform, linearize
 from .mode_kinds import rigid_body_count
 from .parameters import Drivetrain
+from .probes import INITIAL, NodeSensors, add_force, solver_settings
 from .signals import Multisine
+from .steady_state import steady_lines
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[str, int, int], None]
 
-# The trapezoidal rule bends ω by (ωh)²/12 (relative): so much at the band's end. A mode of 1 %
-# damping is then 0.04 dB wrong at its flanks.
-FREQUENCY_BEND = 1e-4
 # The orbit is closed when a period ends this near to where it began, of the largest motion (each
 # DoF by its own): about the integrator's round-off of a stiff hub's spring.
 CLOSURE = 1e-6
@@ -77,8 +75,14 @@ class PeriodicRecord:
     even_share: float
     shots: int
 
+    @property
+    def frequency(self) -> FloatArray:
+        """(n_line,) f′ = tan(πfh)/(πh) (Hz): what the rule makes of a line f is exact at f′."""
+        half = np.pi * self.step
+        return np.asarray(np.tan(half * self.excitation.signal.frequency) / half)
+
     def receptance(self) -> NDArray[np.complex128]:
-        """H_k = X_k/F_k at the excited lines, (n_line, n_dof): no leakage, no window (m/N)."""
+        """H(f′_k) = X_k/F_k at the excited lines, (n_line, n_dof): no leakage, no window (m/N)."""
         lines = self.excitation.signal.harmonics
         motion = np.fft.rfft(self.displacement, axis=0)[lines]
         receptance: NDArray[np.complex128] = motion / np.fft.rfft(self.force)[lines, None]
@@ -88,7 +92,7 @@ class PeriodicRecord:
 def steps_per_period(signal: Multisine) -> int:
     """Steps that keep the trapezoidal rule's (ωh)²/12 at the highest line below what is allowed."""
     highest = 2.0 * np.pi * float(signal.frequency.max())
-    step = np.sqrt(12.0 * FREQUENCY_BEND) / highest
+    step = np.sqrt(12.0 * KNOWN_BEND) / highest
     return int(np.ceil(signal.period / step))
 
 
@@ -180,11 +184,6 @@ class _Runner:
         self.excitation = excitation
         self.system = build_drivetrain(drivetrain)
         self.linear = linearize(self.system)
-        if excitation.dof not in self.linear.dofs:
-            raise ModelError(
-                f"excitation at '{excitation.dof}': no such DoF; known: "
-                f"{', '.join(self.linear.dofs)}"
-            )
         self.steps = steps
         self.step = excitation.signal.period / self.steps
         self.force = excitation.signal.samples(self.steps)
@@ -192,41 +191,26 @@ class _Runner:
         self.modal = _Modal(self.linear, self.steps, self.step)
         self.responding = np.ones(len(self.linear.dofs), dtype=bool)
         self._sign = 1.0
-        self._add_load()
-        self._sensors = _add_sensors(self.system)
+        self._add_force()
+        self._sensors = NodeSensors(self.system, (0, 1))
         self.system.mbs.Assemble()
 
-    def _add_load(self) -> None:
-        """The force conjugate to a label, on the exudyn coordinates that move with it."""
-        dof = next(dof for dof in self.system.dofs if dof.label == self.excitation.dof)
+    def _add_force(self) -> None:
         samples, steps, step = self.force.tolist(), self.steps, self.step
 
-        def sampled(mbs: Any, time: float, load: float) -> float:
-            return float(self._sign * load * samples[round(time / step) % steps])
+        def sampled(mbs: Any, time: float, share: float) -> float:
+            return float(self._sign * share * samples[round(time / step) % steps])
 
-        norm = sum(factor**2 for _, _, factor in dof.components)
-        mbs = self.system.mbs
-        for node, coordinate, factor in dof.components:
-            marker = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate))
-            mbs.AddLoad(
-                LoadCoordinate(markerNumber=marker, load=factor / norm, loadUserFunction=sampled)
-            )
+        add_force(self.system, self.excitation.dof, sampled)
 
     def linear_start(self) -> FloatArray:
         """State at t = 0 of the linearised steady state, Re Σ H(ω_k) F_k, as integrated."""
-        linear = self.linear
-        omega = 2.0 / self.step * np.tan(np.pi * self.excitation.signal.frequency * self.step)
-        w = omega[:, None, None]
-        stiffness = linear.stiffness - w**2 * linear.mass + 1j * w * linear.damping
-        unit = np.zeros((len(linear.dofs), 1), dtype=complex)
-        unit[linear.dofs.index(self.excitation.dof)] = 1.0
-        motion = (
-            np.linalg.solve(stiffness, unit)[:, :, 0] * self.excitation.signal.spectrum[:, None]
-        )
-        expected = np.abs(motion).max(axis=0)
+        signal = self.excitation.signal
+        lines = steady_lines(self.linear, self.excitation.dof, signal.frequency, self.step)
+        expected = np.abs(lines[0] * signal.spectrum[:, None]).max(axis=0)
         # The others are zero by symmetry: what moves them is of second order.
         self.responding = expected > 1e-9 * expected.max()
-        return np.stack([motion.sum(axis=0).real, (1j * omega[:, None] * motion).sum(axis=0).real])
+        return np.stack([(signal.spectrum @ line).real for line in lines])
 
     def shoot(self, start: FloatArray, sign: float) -> _Shot:
         """Integrate one period from a state."""
@@ -260,47 +244,16 @@ class _Runner:
 
     def _read(self, kind: int) -> FloatArray:
         """Displacements (0) or velocities (1) at every step, in labelled DoFs."""
-        values = np.zeros((self.steps + 1, len(self.transform)))
-        for node, sensors in self._sensors.items():
-            stored = self.system.mbs.GetSensorStoredData(sensors[kind])[:, 1:]
-            first = self.system.mbs.GetNodeODE2Index(NodeIndex(node))
-            values[:, first : first + stored.shape[1]] = stored
+        values = self._sensors.read(kind)
         labelled: FloatArray = values @ self.transform / np.sum(self.transform**2, axis=0)
         return labelled
 
 
-INITIAL = exu.ConfigurationType.Initial
-
-
-def _add_sensors(system: MultibodySystem) -> dict[int, tuple[Any, Any]]:
-    nodes = {int(node) for dof in system.dofs for node, _, _ in dof.components}
-    kinds = (exu.OutputVariableType.Coordinates, exu.OutputVariableType.Coordinates_t)
-    return {
-        node: tuple(
-            system.mbs.AddSensor(
-                SensorNode(
-                    nodeNumber=NodeIndex(node),
-                    storeInternal=True,
-                    writeToFile=False,
-                    outputVariableType=kind,
-                )
-            )
-            for kind in kinds
-        )
-        for node in sorted(nodes)
-    }
-
-
 def _settings(steps: int, step: float) -> Any:
-    settings = exu.SimulationSettings()
-    settings.timeIntegration.numberOfSteps = steps
-    settings.timeIntegration.endTime = steps * step
-    settings.timeIntegration.verboseMode = 0
+    settings = solver_settings(0.0, steps * step, steps)
     # One solution of the linearised step: its error is of second order in a step's motion, 1e-15 m
     # here, where Newton's stopping rule would leave more.
     settings.timeIntegration.newton.active = False
-    settings.solution.file.write = False
-    settings.solution.sensors.writePeriod = step
     return settings
 
 

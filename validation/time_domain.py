@@ -35,8 +35,9 @@ RAYLEIGH = (0.005, 40.0, 1000.0)  # damping ratio, at these two frequencies (Hz)
 DECIBEL_TOLERANCE = 0.1
 DEGREE_TOLERANCE = 1.0
 REASON = (
-    "the trapezoidal rule bends frequencies by (ωh)²/12, 1e-4 at the band's end, which is a few "
-    "hundredths of a dB and a few tenths of a degree at the flanks of a 1 % damped mode"
+    "the orbit is closed to 1e-6 of each motion, which on a line 80 dB below a response's peak is "
+    "1 %: 0.09 dB and 0.6°; the trapezoidal rule bends frequencies to ω′ = (2/h) tan(ωh/2) "
+    "exactly, and FBS is asked there"
 )
 # Lines this far below a response's own peak are antiresonances and decayed tails, where the same
 # absolute error is any number of dB.
@@ -81,8 +82,7 @@ def time_domain(
     drivetrain = with_damping(drivetrain)
     model = build_model(exudyn_source(), drivetrain)
     record = _record(drivetrain, model.whole, excitation, frequency_axis(df, fmax, df), progress)
-    signal = record.excitation.signal
-    coupled = couple_stages(model, signal.frequency).frf.select(record.labels, [excitation])
+    coupled = couple_stages(model, record.frequency).frf.select(record.labels, [excitation])
     reference, found = coupled.values[:, :, 0], record.receptance()
 
     peak = np.abs(reference).max(axis=0)
@@ -93,7 +93,7 @@ def time_domain(
     return TimeDomain(
         excitation=excitation,
         labels=tuple(np.array(record.labels)[responding].tolist()),
-        frequency=signal.frequency,
+        frequency=record.frequency,
         transient=found,
         substructured=reference,
         damping=drivetrain.damping,

@@ -49,9 +49,9 @@ def test_schroeder_phases_keep_the_peak_low() -> None:
 @pytest.mark.parametrize(
     ("keys", "words"),
     [
-        ({"fmin": 0.0}, "0 < df ≤ fmin"),
-        ({"fmax": 50.0}, "fmin < fmax"),
-        ({"amplitudes": 0.0}, "above 0 N"),
+        ({"fmin": 0.0}, "fmin = 0 Hz: must be finite and greater than 0"),
+        ({"fmax": 50.0}, "fmin = 100 Hz: must be less than fmax = 50 Hz"),
+        ({"amplitudes": 0.0}, "amplitude = 0 N: must be finite and greater than 0"),
     ],
 )
 def test_multisines_that_are_none(keys: dict[str, float], words: str) -> None:
@@ -83,7 +83,7 @@ def test_the_orbit_closes_and_the_record_says_how() -> None:
 def test_halving_the_step_shows_the_trapezoidal_rules_order() -> None:
     """Second order: the error of an FRF falls by four."""
     signal, drivetrain = sun_multisine(), lin_parker()
-    steps = steps_per_period(signal) // 2
+    steps = 5 * steps_per_period(signal)  # fine enough for the next order not to show
     frfs = [
         periodic_response(drivetrain, Excitation(SUN, signal), steps=steps * factor).receptance()[
             :, 2
@@ -120,18 +120,20 @@ def test_frfs_of_the_paper_against_fbs(excitation: str) -> None:
     Rayleigh damping of 0.5 % at 40 Hz and 1 kHz. The 7.5 MHz hub and the 42 Hz mode are in it.
     """
     result = time_domain(paper(), excitation, df=10.0)
-    assert result.frequency[0] == 10.0
-    assert result.frequency[-1] == 4000.0
+    assert result.frequency[0] == pytest.approx(10.0, rel=1e-6)  # the rule's bend, (ωh)²/12
+    assert result.frequency[-1] == pytest.approx(4000.0, rel=0.0102)
     assert len(result.labels) >= 10
-    assert result.worst_db.max() <= 0.1
-    assert result.worst_degrees.max() <= 1.0
+    # Allowed are 0.1 dB and 1°; what is left is how well the orbit closes, 1e-7 of the motion on
+    # lines up to 80 dB below the peak: 1e-3, or 0.01 dB and 0.06°.
+    assert result.worst_db.max() <= 0.01
+    assert result.worst_degrees.max() <= 0.06
     assert all(check.agrees for check in time_domain_checks(result))
 
 
 @pytest.mark.slow
 def test_a_planetary_stage_to_15_khz() -> None:
     result = time_domain(load("lin-parker-4"), SUN, fmax=15000.0, df=50.0)
-    assert result.worst_db.max() <= 0.5
+    assert result.worst_db.max() <= 0.01  # 0.5 dB is asked for
 
 
 @pytest.mark.slow

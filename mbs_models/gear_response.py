@@ -1,0 +1,145 @@
+"""What a run says of meshes and bodies: dynamic mesh forces, loss of contact, RMS per body."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .errors import ModelError
+
+FloatArray = NDArray[np.float64]
+
+PIECE = 1 << 16  # samples at a time: a record may be a memory map of any length
+NO_MEAN = 1e-9  # of the largest force: a mean below is round-off, and no load to refer to
+
+
+@dataclass(frozen=True)
+class MeshLoad:
+    """The force of one mesh over a run.
+
+    Attributes
+    ----------
+    name
+        The mesh.
+    mean
+        F̄ (N).
+    largest, smallest
+        Of the force (N), in the direction of the mean force.
+    rms
+        Of F − F̄ (N).
+    open_share
+        Share of the time in which the teeth do not touch: |F| ≤ what counts as none.
+    reversed_share
+        Share of the time in which the backs of the teeth touch: a force against the mean one.
+    """
+
+    name: str
+    mean: float
+    largest: float
+    smallest: float
+    rms: float
+    open_share: float
+    reversed_share: float
+
+    @property
+    def dynamic_factor(self) -> float | None:
+        """K_v = max|F|/|F̄|; None without a mean force."""
+        return self._per_mean(max(abs(self.largest), abs(self.smallest)))
+
+    @property
+    def swing_factor(self) -> float | None:
+        """1 + max|F − F̄|/|F̄|: K_v, unless the force dips further than it rises."""
+        mean = abs(self.mean)
+        return self._per_mean(mean + max(self.largest - mean, mean - self.smallest))
+
+    def _per_mean(self, force: float) -> float | None:
+        extreme = max(abs(self.largest), abs(self.smallest))
+        return force / abs(self.mean) if abs(self.mean) > NO_MEAN * extreme else None
+
+
+def mesh_loads(
+    meshes: Sequence[str], forces: FloatArray, *, none: float = 0.0
+) -> tuple[MeshLoad, ...]:
+    """Mean, extremes, dynamic factor and loss of contact of every mesh.
+
+    Parameters
+    ----------
+    meshes
+        Names.
+    forces
+        (n, n_mesh) N; may be a memory map.
+    none
+        Up to which |F| (N) the teeth count as apart. 0 is right where the law of the mesh gives
+        an open gap no force at all; one with damping there needs more.
+
+    Raises
+    ------
+    ModelError
+        Shapes that do not fit, or a force that is not finite.
+    """
+    _check(meshes, forces, "meshes")
+    if not none >= 0.0:
+        raise ModelError(f"mesh forces: what counts as no force must be at least 0 N, got {none}")
+    mean, rms = _mean_and_rms(forces)
+    sense = np.where(mean < 0.0, -1.0, 1.0)
+    largest, smallest = np.full(len(meshes), -np.inf), np.full(len(meshes), np.inf)
+    apart, backs = np.zeros(len(meshes)), np.zeros(len(meshes))
+    for start in range(0, len(forces), PIECE):
+        along = sense * forces[start : start + PIECE]
+        largest = np.maximum(largest, along.max(axis=0))
+        smallest = np.minimum(smallest, along.min(axis=0))
+        apart += np.sum(np.abs(along) <= none, axis=0)
+        backs += np.sum(along < -none, axis=0)
+    columns = zip(
+        meshes, mean, largest, smallest, rms, apart / len(forces), backs / len(forces), strict=True
+    )
+    return tuple(MeshLoad(name, *map(float, numbers)) for name, *numbers in columns)
+
+
+def rms_per_body(labels: Sequence[str], motion: FloatArray) -> Mapping[str, Mapping[str, float]]:
+    """Body → DoF → RMS of its motion about the mean.
+
+    The mean is where the load has moved the body; it does not vibrate. All DoFs of a body have
+    one unit (w = r·θ), and the root of the sum of squares is the body's.
+
+    Parameters
+    ----------
+    labels
+        DoFs, ``stage.body.dof``.
+    motion
+        (n, n_dof) displacement, velocity or acceleration; may be a memory map.
+
+    Raises
+    ------
+    ModelError
+        Shapes that do not fit, or a sample that is not finite.
+    """
+    _check(labels, motion, "DoFs")
+    _, rms = _mean_and_rms(motion)
+    bodies: dict[str, dict[str, float]] = {}
+    for label, value in zip(labels, rms, strict=True):
+        body, _, dof = label.rpartition(".")
+        bodies.setdefault(body, {})[dof] = float(value)
+    return bodies
+
+
+def _check(labels: Sequence[str], samples: FloatArray, what: str) -> None:
+    if samples.ndim != 2 or samples.shape[1] != len(labels) or not len(samples):
+        raise ModelError(
+            f"record: samples of shape {samples.shape} do not fit {len(labels)} {what}"
+        )
+
+
+def _mean_and_rms(samples: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Mean, and root mean square about it, of each column; in two passes, for accuracy."""
+    mean = np.mean(samples, axis=0)
+    wrong = np.flatnonzero(~np.isfinite(mean))
+    if wrong.size:
+        raise ModelError(f"record: column {wrong[0]} holds values that are not finite")
+    square = np.zeros(samples.shape[1])
+    for start in range(0, len(samples), PIECE):
+        square += np.sum((samples[start : start + PIECE] - mean) ** 2, axis=0)
+    return mean, np.sqrt(square / len(samples))

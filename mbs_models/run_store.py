@@ -1,0 +1,319 @@
+"""Where the samples of a run go: memory, or a directory from which it is resumed.
+
+A directory holds ``run.json`` (what is run, and its fingerprint), one ``.npy`` per array, named
+``.npy.part`` until the run is finished, and ``checkpoint.npz``: how many samples are good, and the
+state from which the next piece starts. The checkpoint is replaced when a piece's samples are on the
+disk; what stands behind it in the arrays is written again.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .aliasing import Folded, aliasing_warning, nothing_folded
+from .errors import ModelError
+from .integrators import Integrator
+from .transient_record import RunDescription, TransientRecord, as_record
+
+FloatArray = NDArray[np.float64]
+State = tuple[FloatArray, ...]
+
+MEMORY_LIMIT = 2**30  # bytes of a record kept in memory
+FORMAT = 1
+RUN, CHECKPOINT = "run.json", "checkpoint.npz"
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """How far a run has come.
+
+    Attributes
+    ----------
+    samples
+        How many there are.
+    state
+        The system's state at the next.
+    folded
+        What was above half the sampling frequency till then.
+    """
+
+    samples: int
+    state: State
+    folded: Folded
+
+
+class RunStore(Protocol):
+    """Takes the pieces of a run."""
+
+    def checkpoint(self) -> Checkpoint | None:
+        """Where to go on; None at the start."""
+
+    def append(self, arrays: Mapping[str, FloatArray], checkpoint: Checkpoint) -> None:
+        """Keep a piece, and how far the run has come with it."""
+
+    def finish(self, folded: Folded) -> TransientRecord:
+        """The record of the run."""
+
+
+class MemoryStore:
+    """Keeps a run in memory.
+
+    Raises
+    ------
+    ModelError
+        It takes more than 1 GiB.
+    """
+
+    def __init__(self, description: RunDescription) -> None:
+        size = _size(description)
+        if size > MEMORY_LIMIT:
+            raise ModelError(
+                f"the record of {description.samples} samples takes {size / 2**30:.2g} GiB of "
+                f"memory, {MEMORY_LIMIT / 2**30:g} GiB are allowed: store it in a directory, or "
+                "record less"
+            )
+        self.description = description
+        self._arrays = {what: np.empty(shape) for what, shape in description.shapes().items()}
+        self._samples = 0
+
+    def checkpoint(self) -> Checkpoint | None:
+        """Nothing was kept before."""
+        return None
+
+    def append(self, arrays: Mapping[str, FloatArray], checkpoint: Checkpoint) -> None:
+        """Copy a piece into its place."""
+        for what, values in arrays.items():
+            self._arrays[what][self._samples : checkpoint.samples] = values
+        self._samples = checkpoint.samples
+
+    def finish(self, folded: Folded) -> TransientRecord:
+        """The record of the run."""
+        share, warnings = _judged(self.description, folded)
+        return as_record(self.description, self._arrays, share, warnings)
+
+
+class DirectoryStore:
+    """Keeps a run in a directory.
+
+    Raises
+    ------
+    ModelError
+        Another run is there, what is there is damaged, or there is not enough room.
+    """
+
+    def __init__(self, directory: Path, description: RunDescription, digest: str) -> None:
+        self.directory, self.description, self._digest = directory, description, digest
+        directory.mkdir(parents=True, exist_ok=True)
+        if (directory / RUN).exists():
+            if _read_header(directory)["fingerprint"] != digest:
+                raise ModelError(
+                    f"{directory}: holds another run (drivetrain, excitations, start, integrator, "
+                    "sampling or pieces differ); name another directory, or empty this one"
+                )
+        else:
+            self._begin()
+
+    def checkpoint(self) -> Checkpoint | None:
+        """How far the run in the directory has come."""
+        path = self.directory / CHECKPOINT
+        if not path.exists():
+            return None
+        try:
+            with np.load(path, allow_pickle=False) as file:
+                names = file.files
+                found = Checkpoint(
+                    samples=int(file["samples"]),
+                    state=tuple(file[f"state{i}"] for i in range(_count(names, "state"))),
+                    folded=Folded(_group(file, "above"), _group(file, "total")),
+                )
+        except (OSError, ValueError, KeyError) as error:
+            raise ModelError(f"{path}: cannot be read ({error}); empty the directory") from None
+        for what in self.description.shapes():
+            self._check_length(what, found.samples)
+        return found
+
+    def append(self, arrays: Mapping[str, FloatArray], checkpoint: Checkpoint) -> None:
+        """Write a piece, then the checkpoint that makes it good."""
+        try:
+            for what, values in arrays.items():
+                with self._part(what).open("r+b") as file:
+                    row = values.itemsize * int(np.prod(values.shape[1:]))
+                    file.seek(self._offset(what) + (checkpoint.samples - len(values)) * row)
+                    file.truncate()
+                    file.write(np.ascontiguousarray(values).tobytes())
+                    file.flush()
+                    os.fsync(file.fileno())
+            self._save_checkpoint(checkpoint)
+        except OSError as error:
+            raise ModelError(
+                f"{self.directory}: a piece cannot be written ({error.strerror}); the pieces "
+                "before it are good, and the same run goes on from there"
+            ) from None
+
+    def finish(self, folded: Folded) -> TransientRecord:
+        """Give the arrays their names; the record has memory maps of them."""
+        for what in self.description.shapes():
+            if self._part(what).exists():
+                self._part(what).replace(self.directory / f"{what}.npy")
+        share, warnings = _judged(self.description, folded)
+        self._write_header({"aliasing": share, "warnings": warnings})
+        return read_run(self.directory)
+
+    def _begin(self) -> None:
+        for name in (CHECKPOINT, *(f"{what}.npy" for what in self.description.shapes())):
+            if (self.directory / name).exists():
+                raise ModelError(
+                    f"{self.directory / name}: is there without a {RUN}; name another directory"
+                )
+        room = shutil.disk_usage(self.directory).free
+        size = _size(self.description)
+        if size > room:
+            raise ModelError(
+                f"{self.directory}: the record takes {size / 2**30:.3g} GiB, "
+                f"{room / 2**30:.3g} GiB are free"
+            )
+        for what, shape in self.description.shapes().items():
+            with self._part(what).open("wb") as file:
+                _write_npy_header(file, shape)
+        self._write_header({})
+
+    def _write_header(self, result: Mapping[str, Any]) -> None:
+        header = {"format": FORMAT, "fingerprint": self._digest, "run": asdict(self.description)}
+        text = json.dumps(header | {"result": dict(result)}, indent=2, ensure_ascii=False)
+        temporary = self.directory / f"{RUN}.tmp"
+        temporary.write_text(text, encoding="utf-8")
+        temporary.replace(self.directory / RUN)
+
+    def _save_checkpoint(self, checkpoint: Checkpoint) -> None:
+        temporary = self.directory / f"{CHECKPOINT}.tmp"
+        arrays: dict[str, Any] = {"samples": np.array(checkpoint.samples)}
+        arrays |= {f"state{i}": part for i, part in enumerate(checkpoint.state)}
+        arrays |= {f"above {what}": value for what, value in checkpoint.folded.above.items()}
+        arrays |= {f"total {what}": value for what, value in checkpoint.folded.total.items()}
+        with temporary.open("wb") as file:
+            np.savez(file, **arrays)
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.replace(self.directory / CHECKPOINT)
+
+    def _part(self, what: str) -> Path:
+        return self.directory / f"{what}.npy.part"
+
+    def _file(self, what: str) -> Path:
+        finished = self.directory / f"{what}.npy"
+        return finished if finished.exists() else self._part(what)
+
+    def _offset(self, what: str) -> int:
+        with self._file(what).open("rb") as file:
+            np.lib.format.read_magic(file)
+            np.lib.format.read_array_header_1_0(file)
+            return file.tell()
+
+    def _check_length(self, what: str, samples: int) -> None:
+        path = self._file(what)
+        width = int(np.prod(self.description.shapes()[what][1:]))
+        if not path.exists() or path.stat().st_size < self._offset(what) + samples * width * 8:
+            raise ModelError(f"{path}: shorter than its checkpoint says; empty the directory")
+
+
+def open_store(directory: Path | None, description: RunDescription, digest: str) -> RunStore:
+    """A directory's store, or without one memory's.
+
+    Raises
+    ------
+    ModelError
+        As for `MemoryStore` and `DirectoryStore`.
+    """
+    if directory is None:
+        return MemoryStore(description)
+    return DirectoryStore(directory, description, digest)
+
+
+def read_run(directory: Path, first: int = 0, last: int | None = None) -> TransientRecord:
+    """Samples first, … last − 1 of a finished run, as memory maps of these samples alone.
+
+    A long record read piece by piece, each in a call of its own, keeps memory bounded.
+
+    Raises
+    ------
+    ModelError
+        There is no run, or it is not finished.
+    """
+    header = _read_header(directory)
+    if not header["result"]:
+        raise ModelError(f"{directory}: the run is not finished; run it again to resume it")
+    run = header["run"]
+    names = {key: tuple(run[key]) for key in ("labels", "excitations", "meshes", "recorded")}
+    description = RunDescription(**(run | names | {"integrator": Integrator(**run["integrator"])}))
+    begin, end, _ = slice(first, last).indices(description.samples)
+    arrays = {what: _mapped(directory / f"{what}.npy", begin, end) for what in description.shapes()}
+    result = header["result"]
+    record = as_record(description, arrays, result["aliasing"], tuple(result["warnings"]))
+    return replace(record, start=begin / description.sampling_frequency)
+
+
+def _mapped(path: Path, first: int, last: int) -> FloatArray:
+    with path.open("rb") as file:
+        np.lib.format.read_magic(file)
+        (_, *columns), _, _ = np.lib.format.read_array_header_1_0(file)
+        begin = file.tell() + first * 8 * int(np.prod(columns))
+    shape = (max(last - first, 0), *columns)
+    if 0 in shape:  # there is no map of nothing
+        return np.empty(shape)
+    return np.memmap(path, float, "r", offset=begin, shape=shape)
+
+
+def _read_header(directory: Path) -> dict[str, Any]:
+    path = directory / RUN
+    try:
+        header: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        if header["format"] == FORMAT:
+            return header
+    except FileNotFoundError:
+        raise ModelError(f"{directory}: no run is stored there") from None
+    except (OSError, ValueError, KeyError, TypeError):
+        pass
+    raise ModelError(f"{path}: is not a run's description; name another directory")
+
+
+def _write_npy_header(file: Any, shape: tuple[int, ...]) -> None:
+    np.lib.format.write_array_header_1_0(
+        file, {"descr": "<f8", "fortran_order": False, "shape": shape}
+    )
+
+
+def _judged(description: RunDescription, folded: Folded) -> tuple[float, tuple[str, ...]]:
+    share, where = folded.worst(description.columns())
+    return share, aliasing_warning(share, where, description.sampling_frequency)
+
+
+def _size(description: RunDescription) -> int:
+    return sum(8 * int(np.prod(shape)) for shape in description.shapes().values())
+
+
+def _count(names: list[str], prefix: str) -> int:
+    return sum(name.startswith(prefix) for name in names)
+
+
+def _group(file: Any, prefix: str) -> dict[str, FloatArray]:
+    return {
+        name.removeprefix(f"{prefix} "): file[name]
+        for name in file.files
+        if name.startswith(f"{prefix} ")
+    }
+
+
+def start(description: RunDescription, state: State) -> Checkpoint:
+    """Before the first sample."""
+    columns = description.columns()
+    followed = {what: names for what, names in columns.items() if what not in ("forces", "energy")}
+    return Checkpoint(0, state, nothing_folded(followed))

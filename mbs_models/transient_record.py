@@ -1,0 +1,138 @@
+"""What a run in time leaves: forces and motions, sampled together."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .integrators import Integrator
+
+FloatArray = NDArray[np.float64]
+MOTIONS = ("displacement", "velocity", "acceleration")
+QUANTITIES = (*MOTIONS, "mesh_forces", "energy")
+
+
+@dataclass(frozen=True)
+class RunDescription:
+    """What a run samples; everything of its record but the samples.
+
+    Attributes
+    ----------
+    sampling_frequency
+        Hz.
+    samples
+        How many.
+    labels, excitations, meshes
+        Names of the columns of motions, forces and mesh forces.
+    recorded
+        Which of ``QUANTITIES``.
+    integrator
+        What integrated it.
+    """
+
+    sampling_frequency: float
+    samples: int
+    labels: tuple[str, ...]
+    excitations: tuple[str, ...]
+    meshes: tuple[str, ...]
+    recorded: tuple[str, ...]
+    integrator: Integrator
+
+    def columns(self) -> dict[str, tuple[str, ...]]:
+        """Names of the columns of each array; the energy has none."""
+        named = {motion: self.labels for motion in MOTIONS}
+        named |= {"mesh_forces": self.meshes, "energy": ()}
+        return {"forces": self.excitations} | {what: named[what] for what in self.recorded}
+
+    def shapes(self) -> dict[str, tuple[int, ...]]:
+        """Shape of each array."""
+        return {
+            what: (self.samples,) if what == "energy" else (self.samples, len(names))
+            for what, names in self.columns().items()
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class TransientRecord:
+    """One run in time, or a piece of it. Sample k is at start + k/sampling_frequency.
+
+    Attributes
+    ----------
+    sampling_frequency
+        Hz.
+    start
+        Time of the first sample (s).
+    labels
+        DoFs of the columns of the motions.
+    excitations, forces
+        DoFs with a force, and (n, n_excitation) the force at each (N).
+    integrator
+        What integrated it; its step may be shorter than the sampling interval.
+    displacement, velocity, acceleration
+        (n, n_dof) m, m/s, m/s²; None if not asked for. They may be memory maps.
+    meshes, mesh_forces
+        Names of the mesh springs, and (n, n_mesh) the force of each (N), tension positive; None
+        if not asked for.
+    energy
+        (n,) J, ½vᵀMv + ½qᵀKq of the linearised system; None if not asked for.
+    aliasing
+        Share of a response's variance that lies above half the sampling frequency and is folded
+        back: the largest of all. 0 where every step is a sample.
+    warnings
+        What to know before using it.
+    """
+
+    sampling_frequency: float
+    start: float
+    labels: tuple[str, ...]
+    excitations: tuple[str, ...]
+    forces: FloatArray
+    integrator: Integrator
+    displacement: FloatArray | None = None
+    velocity: FloatArray | None = None
+    acceleration: FloatArray | None = None
+    meshes: tuple[str, ...] = ()
+    mesh_forces: FloatArray | None = None
+    energy: FloatArray | None = None
+    aliasing: float = 0.0
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def n_samples(self) -> int:
+        """Number of samples."""
+        return len(self.forces)
+
+    @property
+    def time(self) -> FloatArray:
+        """(n,) s."""
+        return np.asarray(self.start + np.arange(self.n_samples) / self.sampling_frequency)
+
+    def span(self, first: int, last: int | None = None) -> TransientRecord:
+        """Samples first, … last − 1, as views."""
+        begin, end, _ = slice(first, last).indices(self.n_samples)
+        arrays = {what: getattr(self, what) for what in ("forces", *QUANTITIES)}
+        cut = {what: a[begin:end] for what, a in arrays.items() if a is not None}
+        return replace(self, start=self.start + begin / self.sampling_frequency, **cut)
+
+
+def as_record(
+    description: RunDescription,
+    arrays: Mapping[str, FloatArray],
+    aliasing: float,
+    warnings: tuple[str, ...],
+) -> TransientRecord:
+    """The record of a finished run."""
+    return TransientRecord(
+        sampling_frequency=description.sampling_frequency,
+        start=0.0,
+        labels=description.labels,
+        excitations=description.excitations,
+        integrator=description.integrator,
+        meshes=description.meshes,
+        aliasing=aliasing,
+        warnings=warnings,
+        **arrays,
+    )
