@@ -1,0 +1,1 @@
+"""Runs in time: what is simulated, estimated and reported."""

@@ -1,0 +1,86 @@
+"""`crosscheck simulate`: from what is typed to files and a verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from mbs_models.model_file import folder_of, load
+
+from .. import screen
+from ..errors import CommandError
+from ..report.files import make_directory
+from .output import FORMATS, remove_pieces, write_simulation
+from .requested import excitations_asked, levels_asked
+from .results import Request, Simulation
+from .run import run_simulation
+from .screen import findings
+
+PIECES = "pieces"  # the folder of an unfinished run
+
+
+@dataclass(frozen=True)
+class Options:
+    """The command line's options, as typed."""
+
+    model: str
+    excitation: Sequence[str]
+    response: tuple[str, ...] | None
+    duration: float | None
+    fmax: float | None
+    sampling: float | None
+    integrator: str | None
+    step: float | None
+    speed: float | None
+    torque: float | None
+    levels: str | None
+    reverse: bool
+    out: Path
+    save: Sequence[str]
+
+
+def carry_out(options: Options) -> Simulation:
+    """Run, write the report and what else was asked for, and print what was found.
+
+    Raises
+    ------
+    ModelError, FbsError, CommandError
+        Bad input; nothing is written then.
+    """
+    for name in options.save:
+        if name not in FORMATS:
+            raise CommandError(f"--save = {name!r}: must be {', '.join(FORMATS)}")
+    drivetrain = load(options.model)
+    request = Request(
+        excitations=excitations_asked(
+            drivetrain,
+            options.excitation,
+            folder=folder_of(options.model) if not options.excitation else Path(),
+            duration=options.duration,
+            sampling_frequency=options.sampling,
+            turning=options.speed is not None or options.torque is not None,
+        ),
+        responses=options.response,
+        duration=options.duration,
+        fmax=options.fmax,
+        sampling_frequency=options.sampling,
+        integrator=options.integrator,
+        step=options.step,
+        speed_rpm=options.speed,
+        torque=options.torque,
+        levels=levels_asked(options.levels),
+        reverse=options.reverse,
+    )
+    make_directory(options.out)
+    with screen.progress() as progress:
+        found = run_simulation(drivetrain, request, store=options.out / PIECES, progress=progress)
+        progress("writing the report", 0, 1)
+        written = write_simulation(found, options.out, options.save)
+        remove_pieces(options.out / PIECES)
+        progress("writing the report", 1, 1)
+    screen.warn(found.warnings)
+    findings(found)
+    for path in written:
+        print(f"Written: {path}")
+    return found

@@ -1,0 +1,243 @@
+"""FRF against drive level: up to which force the drivetrain is linear, and FBS applies.
+
+A gearbox is linear at small motion only. Driven harder, its geometry turns (lines of action,
+frames of the bearings) and teeth lift off where there is backlash. The FRF from a multisine is then
+the best linear approximation at that level; where it leaves FBS' FRF, substructuring by FRFs no
+longer applies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fbs import Frf, Quantity, Record
+from mbs_models.drivetrain import MultibodySystem, build_drivetrain
+from mbs_models.excitation import Excitation
+from mbs_models.integrators import TRAPEZOIDAL, Integrator
+from mbs_models.linearization import linearize
+from mbs_models.operating_point import OperatingPoint
+from mbs_models.parameters import Drivetrain
+from mbs_models.signals import Multisine, Signal
+from mbs_models.steady_state import steady_start, superposed
+from mbs_models.time_integration import SimulationError, simulate
+
+from ..errors import CommandError
+from .estimates import DECIBEL_TOLERANCE, EstimatedFrfs, compare_with_fbs, multisine_frf, unbent
+
+FloatArray = NDArray[np.float64]
+Progress = Callable[[str, int, int], None]
+
+PERIODS = 3  # the orbit is the linear one at first; two periods to bend it, one to measure
+# A motion that differs by this much from one period to the next is none that an FRF describes.
+REPEATS = 1e-2
+
+
+@dataclass(frozen=True, eq=False)
+class Level:
+    """What was found at one level.
+
+    Attributes
+    ----------
+    factor
+        Of the excitation as given.
+    peak_force, rms_force
+        Of the excitation (N).
+    found
+        FRFs beside FBS'; None where the motion diverged.
+    period_change
+        How much the last period differs from the one before, of the motion's RMS.
+    """
+
+    factor: float
+    peak_force: float
+    rms_force: float
+    found: EstimatedFrfs | None
+    period_change: float
+
+    @property
+    def worst_db(self) -> float:
+        """Largest difference of any line and response (dB); infinite where it diverged."""
+        return np.inf if self.found is None else float(self.found.decibels.max())
+
+    @property
+    def median_db(self) -> float:
+        """Median difference over the lines compared (dB)."""
+        if self.found is None:
+            return np.inf
+        return float(np.median(self.found.decibels[self.found.compared]))
+
+    @property
+    def repeats(self) -> bool:
+        """Whether the motion is periodic."""
+        return self.period_change <= REPEATS
+
+
+@dataclass(frozen=True, eq=False)
+class DriveLevels:
+    """FRFs at several levels of one excitation, by rising level."""
+
+    excitation: Excitation[Multisine]
+    levels: tuple[Level, ...]
+
+    @property
+    def linear_up_to(self) -> Level | None:
+        """The last level before the first that is off by more than is allowed; None: none."""
+        last = None
+        for level in self.levels:
+            if not (level.repeats and level.worst_db <= DECIBEL_TOLERANCE):
+                return last
+            last = level
+        return last
+
+    @property
+    def conclusion(self) -> str:
+        """In a sentence, up to where FBS applies."""
+        last, allowed = self.linear_up_to, f"{DECIBEL_TOLERANCE:g} dB"
+        if last is None:
+            return (
+                f"Already at the lowest level the FRFs are off by {_decibels(self.levels[0])}: the "
+                "drivetrain is not linear there, and FBS does not apply."
+            )
+        if last is self.levels[-1]:
+            return (
+                f"Up to {last.peak_force:.3g} N (peak) the FRFs stay within {allowed} of FBS: "
+                "linear at every level that was run."
+            )
+        beyond = self.levels[self.levels.index(last) + 1]
+        return (
+            f"FBS applies up to {last.peak_force:.3g} N (peak) at {self.excitation.dof}: at "
+            f"{beyond.peak_force:.3g} N the FRFs are off by {_decibels(beyond)}, more than "
+            f"{allowed}, and FBS no longer applies."
+        )
+
+
+def _decibels(level: Level) -> str:
+    if level.found is None:
+        return "any amount (the motion diverged)"
+    if not level.repeats:
+        return f"{level.worst_db:.3g} dB, without the motion even repeating"
+    return f"{level.worst_db:.3g} dB"
+
+
+def drive_levels(
+    drivetrain: Drivetrain,
+    excitation: Excitation[Signal],
+    factors: Sequence[float],
+    integrator: Integrator,
+    sampling_frequency: float,
+    responses: Sequence[str],
+    point: OperatingPoint | None = None,
+    progress: Progress | None = None,
+) -> DriveLevels:
+    """Run a multisine at several levels, each from the linear orbit at that level.
+
+    Parameters
+    ----------
+    drivetrain
+        With its damping.
+    excitation
+        A multisine at a DoF.
+    factors
+        What its amplitudes are multiplied by.
+    integrator, sampling_frequency
+        As for `simulate`; the period must be a whole number of samples.
+    responses
+        DoFs.
+    point
+        Preload and backlash; meshes that vary in time are refused, for they excite by themselves.
+
+    Raises
+    ------
+    CommandError
+        The excitation is no multisine, a factor is not above 0, or the meshes vary.
+    """
+    signal = excitation.signal
+    if not isinstance(signal, Multisine):
+        raise CommandError(
+            f"--levels: the excitation at {excitation.dof} is no multisine; only its FRF is free "
+            "of leakage at every level"
+        )
+    if not all(np.isfinite(factor) and factor > 0.0 for factor in factors):
+        raise CommandError(f"--levels = {', '.join(map(str, factors))}: must all be above 0")
+    if point is not None and point.speed_rpm:
+        raise CommandError("--levels: needs meshes that do not vary; leave --speed out")
+    system = build_drivetrain(drivetrain, point.laws if point else None)
+    found = []
+    for number, factor in enumerate(sorted(factors)):
+        scaled = Excitation(excitation.dof, replace(signal, amplitudes=factor * signal.amplitudes))
+        if progress is not None:
+            progress("drive levels", number, len(factors))
+        found.append(
+            _level(
+                drivetrain, system, scaled, factor, integrator, sampling_frequency, responses, point
+            )
+        )
+    if progress is not None:
+        progress("drive levels", len(factors), len(factors))
+    return DriveLevels(Excitation(excitation.dof, signal), tuple(found))
+
+
+def _level(
+    drivetrain: Drivetrain,
+    system: MultibodySystem,
+    excitation: Excitation[Multisine],
+    factor: float,
+    integrator: Integrator,
+    sampling_frequency: float,
+    responses: Sequence[str],
+    point: OperatingPoint | None,
+) -> Level:
+    signal = excitation.signal
+    linear = linearize(build_drivetrain(drivetrain))
+    start = steady_start(
+        linear, excitation.dof, signal.frequency, signal.spectrum, warped_step(integrator)
+    )
+    loads: tuple[Excitation[Signal], ...] = ()
+    if point is not None:
+        start = superposed([start, (point.displacement, np.zeros_like(point.displacement))])
+        loads = point.loads
+    size = round(signal.period * sampling_frequency)
+    force = signal.samples(size)
+    levels = float(np.abs(force).max()), float(np.sqrt(np.mean(force**2)))
+    try:
+        record = simulate(
+            system,
+            (excitation, *loads),
+            duration=PERIODS * signal.period,
+            integrator=integrator,
+            sampling_frequency=sampling_frequency,
+            start_state=start,
+            responses=responses,
+            record=("velocity",),
+        )
+    except SimulationError:
+        return Level(factor, *levels, None, np.inf)
+    assert record.velocity is not None
+    steady = Record(
+        sampling_frequency,
+        signal.samples(size)[:, None],
+        record.velocity[-size:],
+        (excitation.dof,),
+        tuple(responses),
+        Quantity.MOBILITY,
+    )
+    before = record.velocity[-2 * size : -size]
+    change = np.abs(record.velocity[-size:] - before).max() / np.sqrt(np.mean(before**2))
+    estimate = multisine_frf(steady, signal)
+    return Level(
+        factor, *levels, compare_with_fbs(unbent(estimate, integrator), drivetrain), float(change)
+    )
+
+
+def warped_step(integrator: Integrator) -> float | None:
+    """The step of the trapezoidal rule, which bends frequencies; None for other integrators."""
+    return integrator.step if integrator.name == TRAPEZOIDAL else None
+
+
+def frf_of(levels: DriveLevels) -> Frf:
+    """FBS' FRF that all levels are held against."""
+    return next(level.found.reference for level in levels.levels if level.found is not None)

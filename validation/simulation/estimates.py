@@ -1,0 +1,265 @@
+"""FRFs estimated from a run, beside those of FBS: which estimator, and how well they agree."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fbs import Estimate, Frf, Quantity, Record, averaged_frf, impulse_frf, periodic_frf
+from fbs.errors import FbsError
+from fbs.estimation import THRESHOLD
+from mbs_models.excitation import Excitation
+from mbs_models.harmonic_response import harmonic_response
+from mbs_models.integrators import TRAPEZOIDAL, Integrator
+from mbs_models.linearization import LinearizedSystem
+from mbs_models.parameters import Drivetrain
+from mbs_models.signals import Multisine, Signal
+from mbs_models.sine_signals import HalfSine
+
+from ..errors import CommandError
+from ..results import Check
+from ..routes import build_model, couple_stages, exudyn_source
+from ..time_domain import DYNAMIC_RANGE_DB, ZERO
+
+# An impact fills its band up to where its spectrum has fallen by 10 dB (ISO 7626-5 allows 20).
+IMPACT = 0.3
+LEAST_PERIODS = 10
+SEGMENTS = 8  # of a record of noise, half overlapping: 15 averages
+LOOKED_AT = 200  # lines of a band, to tell what moves
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+ROUTE = "exudyn in time"
+FBS = "FBS of exudyn stages"
+
+DECIBEL_TOLERANCE = 0.1
+DEGREE_TOLERANCE = 1.0
+REASON = (
+    "RK44 bends frequencies by up to 1e-4 at the band's end, a few hundredths of a dB and a few "
+    "tenths of a degree at the flanks of a 1 % damped mode; the trapezoidal rule's bend is known "
+    "and taken out; what is left is geometry, which is not quite linear, and what a transient "
+    "keeps at its end"
+)
+# An averaged estimate scatters by ε = √((1 − γ²)/(2 n γ²)) (Bendat & Piersol 2010, ch. 9): of so
+# many lines and responses the largest stays below this many ε but once in a thousand runs.
+SCATTER = 6.0
+# What is left of a response at the end of a record that is transformed whole, of its peak: cut
+# off, it would leak by as much.
+REMAINDER = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class EstimatedFrfs:
+    """FRFs from a run beside FBS', at the estimator's lines.
+
+    Attributes
+    ----------
+    estimate
+        (n_line, n_response, n_excitation) with its coherence.
+    reference
+        The same FRFs by FBS.
+    compared
+        (n_line, n_response, n_excitation) lines within 80 dB of each FRF's peak.
+    allowed_db
+        (n_line, n_response) the tolerance, with the estimator's own scatter.
+    """
+
+    estimate: Estimate
+    reference: Frf
+    compared: BoolArray
+    allowed_db: FloatArray
+
+    @property
+    def decibels(self) -> FloatArray:
+        """|ΔH| of magnitudes, dB; 0 on lines not compared."""
+        return np.asarray(np.abs(20.0 * np.log10(np.abs(self._ratio))))
+
+    @property
+    def degrees(self) -> FloatArray:
+        """Differences of phase; 0 on lines not compared."""
+        return np.asarray(np.degrees(np.abs(np.angle(self._ratio))))
+
+    @property
+    def _ratio(self) -> NDArray[np.complex128]:
+        reference = np.where(self.compared, self.reference.values, 1.0)
+        return np.where(self.compared, self.estimate.frf.values / reference, 1.0)
+
+
+def responding(
+    linear: LinearizedSystem,
+    responses: Sequence[str],
+    excitations: Sequence[str],
+    band: tuple[float, float],
+) -> tuple[str, ...]:
+    """The responses that move at all: symmetry keeps the others still but for round-off.
+
+    Parameters
+    ----------
+    linear
+        The linearised system.
+    responses, excitations
+        DoFs.
+    band
+        First and last frequency (Hz).
+    """
+    lines = np.geomspace(max(band[0], 1e-3 * band[1]), band[1], LOOKED_AT)
+    size = np.abs(harmonic_response(linear, lines, responses, excitations)).max(axis=(0, 2))
+    moves = size > ZERO * size.max()
+    return tuple(label for label, moving in zip(responses, moves, strict=True) if moving)
+
+
+def estimate_frfs(
+    record: Record, excitations: Sequence[Excitation[Signal]]
+) -> tuple[Estimate, ...]:
+    """The FRFs of a record by the estimator that its excitations allow.
+
+    - Multisines, whole periods on the periodic orbit: `periodic_frf`, no leakage, every input at
+      the lines that are its own;
+    - signals that end before the record does: the record is transformed whole, no leakage;
+    - signals without end: H1 over Hann-windowed segments, with coherence.
+
+    Raises
+    ------
+    FbsError
+        The record is too short, has not died away, or its inputs cannot be told apart.
+    """
+    signals = [excitation.signal for excitation in excitations]
+    fmin = min(signal.band[0] for signal in signals)
+    fmax = max(signal.band[1] for signal in signals)
+    multisines = [signal for signal in signals if isinstance(signal, Multisine)]
+    if len(multisines) == len(signals):
+        return _multisine_frfs(record, multisines)
+    if all(signal.duration is not None for signal in signals):
+        struck = any(isinstance(signal, HalfSine) for signal in signals)
+        return (
+            impulse_frf(
+                record,
+                max_remainder=REMAINDER,
+                # What a mode keeps at the record's end leaks most to the lines it shows but a few
+                # periods of.
+                fmin=max(fmin, LEAST_PERIODS / (record.n_sample / record.sampling_frequency)),
+                fmax=fmax,
+                threshold=IMPACT if struck else THRESHOLD,
+            ),
+        )
+    return (averaged_frf(record, record.n_sample // SEGMENTS, fmin=fmin, fmax=fmax),)
+
+
+def _multisine_frfs(record: Record, signals: Sequence[Multisine]) -> tuple[Estimate, ...]:
+    """One estimate per input: at a line only one of them is excited."""
+    if len(record.excitations) != len(signals):
+        raise FbsError("several multisines at one DoF: their lines do not tell which is which")
+    lines = np.concatenate([signal.frequency for signal in signals])
+    if len(np.unique(np.round(lines, 9))) < len(lines):
+        raise FbsError(
+            "several multisines excite the same lines: one record does not tell them apart; let "
+            'them share their lines (lines = "shared", one df), or run them one by one'
+        )
+    return tuple(
+        multisine_frf(
+            replace(record, inputs=record.inputs[:, [i]], excitations=(record.excitations[i],)),
+            signal,
+        )
+        for i, signal in enumerate(signals)
+    )
+
+
+def multisine_frf(record: Record, signal: Multisine) -> Estimate:
+    """The FRFs of whole periods under one multisine, at all its lines.
+
+    Its lines may differ by any number of decades: they are the force's own, not a sensor's noise.
+    """
+    return periodic_frf(
+        record,
+        round(signal.period * record.sampling_frequency),
+        frequency=signal.frequency,
+        threshold=0.1 * float(signal.amplitudes.min() / signal.amplitudes.max()),
+    )
+
+
+def unbent(estimate: Estimate, integrator: Integrator) -> Estimate:
+    """The estimate as receptance at the frequencies that the integrator's stand for.
+
+    The trapezoidal rule's difference equations at f are the differential equations at
+    f′ = tan(π f h)/(π h), exactly (Tustin): H(f′) is what was estimated on line f.
+    """
+    frf = estimate.frf
+    if integrator.name == TRAPEZOIDAL:
+        half = np.pi * integrator.step
+        frf = replace(frf, frequency=np.tan(half * frf.frequency) / half)
+    return replace(estimate, frf=frf.to(Quantity.RECEPTANCE))
+
+
+def compare_with_fbs(estimate: Estimate, drivetrain: Drivetrain) -> EstimatedFrfs:
+    """FBS' FRFs at the lines of a receptance, and where the two are compared."""
+    frf = estimate.frf
+    model = build_model(exudyn_source(), drivetrain)
+    coupled = couple_stages(model, frf.frequency).frf
+    reference = coupled.select(frf.responses, frf.excitations)
+    size = np.abs(reference.values)
+    peak = size.max(axis=0)
+    # What symmetry keeps still is zero: what moves it is not linear.
+    responding = peak > ZERO * peak.max(axis=0)
+    compared = responding & (size >= peak * 10.0 ** (-DYNAMIC_RANGE_DB / 20.0))
+    if not compared.any():
+        raise CommandError(
+            f"no response moves under {', '.join(frf.excitations)}: nothing to compare; "
+            "choose other responses"
+        )
+    return EstimatedFrfs(estimate, reference, compared, _allowed(estimate))
+
+
+def _allowed(estimate: Estimate) -> FloatArray:
+    shape = estimate.frf.values.shape[:2]
+    if estimate.kind not in ("H1", "H2", "Hv") or estimate.coherence is None:
+        return np.full(shape, DECIBEL_TOLERANCE)
+    coherence = np.maximum(estimate.coherence, np.finfo(float).tiny)
+    scatter = np.sqrt((1.0 - coherence) / (2.0 * estimate.n_averages * coherence))
+    return np.asarray(DECIBEL_TOLERANCE + SCATTER * 20.0 / np.log(10.0) * scatter)
+
+
+def estimate_checks(found: EstimatedFrfs) -> list[Check]:
+    """Verdicts on estimated FRFs: magnitude and phase, in units of what is allowed."""
+    frf = found.estimate.frf
+    subject = f"{len(frf.responses)} FRFs from {', '.join(frf.excitations)}"
+    share = found.allowed_db[:, :, None] / DECIBEL_TOLERANCE
+    magnitude, phase = found.decibels / share, found.degrees / share
+    reason = REASON
+    if found.estimate.kind in ("H1", "H2", "Hv"):
+        reason += (
+            "; an averaged estimate is allowed the scatter that its coherence explains on top, "
+            f"{SCATTER:g} standard deviations"
+        )
+    check = Check(
+        f"FRFs from time integration ({found.estimate.kind}), magnitude", subject, (FBS, ROUTE),
+        "largest difference, dB", float(magnitude.max()), DECIBEL_TOLERANCE, reason,
+        _findings(found, magnitude, DECIBEL_TOLERANCE, "dB"),
+    )  # fmt: skip
+    return [
+        check,
+        replace(
+            check,
+            name=f"FRFs from time integration ({found.estimate.kind}), phase",
+            measure="largest difference, degrees",
+            value=float(phase.max()),
+            tolerance=DEGREE_TOLERANCE,
+            findings=_findings(found, phase, DEGREE_TOLERANCE, "°"),
+        ),
+    ]
+
+
+def _findings(
+    found: EstimatedFrfs, values: FloatArray, allowed: float, unit: str
+) -> tuple[str, ...]:
+    frf = found.estimate.frf
+    worst = values.max(axis=0)
+    return tuple(
+        f"{response} ← {excitation}: {worst[i, j]:.3g} {unit} at "
+        f"{frf.frequency[values[:, i, j].argmax()]:g} Hz"
+        for i, response in enumerate(frf.responses)
+        for j, excitation in enumerate(frf.excitations)
+        if not worst[i, j] <= allowed
+    )

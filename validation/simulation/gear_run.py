@@ -1,0 +1,253 @@
+"""What a turning or loaded gearbox does: mesh forces, lines of the meshes, planets that pass."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fbs.spectra import Spectrum, amplitude_spectrum, line_amplitudes
+from mbs_models.errors import ModelError
+from mbs_models.gear_lines import MeasuredLine, MeshTone, gear_lines, measured_lines, mesh_tones
+from mbs_models.gear_response import MeshLoad, mesh_loads
+from mbs_models.mesh_excitation import CONSTANT
+from mbs_models.mesh_phasing import Phasing, phasing
+from mbs_models.operating_point import OperatingPoint, families
+from mbs_models.parameters import Drivetrain, PlanetaryStage
+from mbs_models.sidebands import expected_sidebands, passing_window, ring_sensor
+from mbs_models.transient_record import TransientRecord
+
+from ..floquet import growth_rate, parametric_system
+
+FloatArray = NDArray[np.float64]
+
+HARMONICS = 4  # of a mesh that are named and followed
+PASSES = 2  # planet passings either side of a harmonic that are named
+FLOQUET_HARMONICS, LEAST_FLOQUET = 6.0, 2e4  # modes up to here (Hz) are in Floquet's system
+WINDOW_HARMONICS = 12  # of the transfer path from ring mesh to sensor
+
+
+@dataclass(frozen=True, eq=False)
+class RingSensor:
+    """What a sensor on a stage's ring feels of the planets' mesh forces, against theory.
+
+    Attributes
+    ----------
+    stage
+        Its name.
+    passing
+        How often the carrier passes the ring (Hz).
+    spectrum
+        (nf, 1) N.
+    lines
+        The lines named.
+    orders, measured, expected
+        Orders of the carrier around the mesh's harmonics, and the amplitude of each (N): as in the
+        run, and from tooth numbers and the first planet's mesh force alone.
+    """
+
+    stage: str
+    passing: float
+    spectrum: Spectrum
+    lines: tuple[MeasuredLine, ...]
+    orders: NDArray[np.int_]
+    measured: FloatArray
+    expected: FloatArray
+
+    @property
+    def deviation(self) -> float:
+        """Largest difference of any line, of the largest line."""
+        return float(np.abs(self.measured - self.expected).max() / self.expected.max())
+
+
+@dataclass(frozen=True)
+class Stability:
+    """What Floquet theory says of the varying meshes: the largest growth of a motion (1/s)."""
+
+    stage: str
+    growth_rate: float
+
+    @property
+    def in_words(self) -> str:
+        """In a sentence."""
+        if self.growth_rate > 0.0:
+            return (
+                f"Parametric instability: with the mesh stiffness of {self.stage} varying like "
+                f"this, Floquet theory on the linear model lets a motion grow by a factor of e in "
+                f"{1.0 / self.growth_rate:.3g} s, until geometry or backlash ends it."
+            )
+        return (
+            f"Floquet theory on the linear model: stable, the mesh stiffness of {self.stage} may "
+            f"vary like this; every free motion falls by a factor of e in "
+            f"{-1.0 / self.growth_rate:.3g} s or less."
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class GearRun:
+    """Gears in a run.
+
+    Attributes
+    ----------
+    point
+        Speed, torque and what follows from them.
+    loads
+        Force of every mesh.
+    mesh_forces, mesh_spectrum
+        (n, n_mesh) N of the measured part, and its spectrum (nf, n_mesh); the spectrum is None
+        at standstill.
+    lines
+        Mesh → its named lines.
+    sensors
+        One for each planetary stage that turns.
+    phasing
+        Stage → what each harmonic of its mesh excites, where tooth numbers tell.
+    stability
+        By Floquet theory; None where no stiffness varies, or those of several stages do, which
+        have no common period.
+    """
+
+    point: OperatingPoint
+    loads: tuple[MeshLoad, ...]
+    mesh_forces: FloatArray
+    mesh_spectrum: Spectrum | None
+    lines: Mapping[str, tuple[MeasuredLine, ...]]
+    sensors: tuple[RingSensor, ...]
+    phasing: Mapping[str, tuple[Phasing, ...]]
+    stability: Stability | None = None
+
+
+def gear_run(
+    drivetrain: Drivetrain, point: OperatingPoint, record: TransientRecord, run_in: float
+) -> GearRun:
+    """Analyse the meshes of a run after its run-in.
+
+    Parameters
+    ----------
+    drivetrain, point
+        What was run, and at which operating point.
+    record
+        With its mesh forces.
+    run_in
+        What is left out at the start (s).
+    """
+    assert record.mesh_forces is not None
+    measured = record.span(math.ceil(run_in * record.sampling_frequency))
+    assert measured.mesh_forces is not None
+    forces, rate = np.asarray(measured.mesh_forces), record.sampling_frequency
+    loads = mesh_loads(record.meshes, forces)
+    tones = mesh_tones(drivetrain, point.mesh_frequencies, point.speeds)
+    if not tones:
+        return GearRun(point, loads, forces, None, {}, (), {})
+    spectrum = amplitude_spectrum(forces, rate)
+    named = gear_lines(tones, harmonics=HARMONICS, sidebands=0, highest=rate / 2.0)
+    return GearRun(
+        point=point,
+        loads=loads,
+        mesh_forces=forces,
+        mesh_spectrum=spectrum,
+        lines={
+            mesh: measured_lines(named, spectrum.frequency, spectrum.values[:, column])
+            for column, mesh in enumerate(record.meshes)
+        },
+        sensors=tuple(_sensors(drivetrain, point, measured, tones)),
+        phasing=_phasing(drivetrain, point),
+        stability=_stability(drivetrain, point),
+    )
+
+
+def _stability(drivetrain: Drivetrain, point: OperatingPoint) -> Stability | None:
+    varying = {name: law for name, law in point.laws.items() if law.stiffness != CONSTANT}
+    stages = {
+        stage.name
+        for stage in drivetrain.stages
+        for family in families(stage)
+        if not varying.keys().isdisjoint(family.names)
+    }
+    if len(stages) != 1:
+        return None
+    (stage,) = stages
+    frequency = point.mesh_frequencies[stage]
+    highest = max(FLOQUET_HARMONICS * frequency, LEAST_FLOQUET)
+    system = parametric_system(drivetrain, varying, highest_hz=highest)
+    return Stability(stage, growth_rate(system, frequency))
+
+
+def _phasing(drivetrain: Drivetrain, point: OperatingPoint) -> dict[str, tuple[Phasing, ...]]:
+    found = {}
+    for stage in drivetrain.stages:
+        if isinstance(stage, PlanetaryStage) and stage.name in point.mesh_frequencies:
+            try:
+                found[stage.name] = phasing(stage, HARMONICS)
+            except ModelError:
+                continue  # planets that differ: tooth numbers alone do not tell
+    return found
+
+
+def _sensors(
+    drivetrain: Drivetrain,
+    point: OperatingPoint,
+    record: TransientRecord,
+    tones: tuple[MeshTone, ...],
+) -> list[RingSensor]:
+    found = []
+    for stage in drivetrain.stages:
+        tone = next((tone for tone in tones if tone.name == f"mesh {stage.name}"), None)
+        phases = point.phases.get(stage.name)
+        if isinstance(stage, PlanetaryStage) and tone is not None and phases is not None:
+            found.append(_sensor(stage, tone, phases.ring, record))
+    return found
+
+
+def _sensor(
+    stage: PlanetaryStage, tone: MeshTone, phases: tuple[float, ...], record: TransientRecord
+) -> RingSensor:
+    assert record.mesh_forces is not None
+    assert stage.ring.teeth is not None
+    rate, teeth = record.sampling_frequency, stage.ring.teeth
+    _, ring_meshes = families(stage)
+    columns = [record.meshes.index(name) for name in ring_meshes.names]
+    forces, time = np.asarray(record.mesh_forces)[:, columns], record.time
+    forces = forces - forces.mean(axis=0)
+    window = passing_window(stage.planet_count, WINDOW_HARMONICS)
+    felt = ring_sensor(forces, time, stage.angles, tone.carrier_frequency, window)
+    spectrum = amplitude_spectrum(felt[:, None], rate)
+    lines = gear_lines(
+        [tone],
+        harmonics=HARMONICS,
+        sidebands=PASSES * stage.planet_count,
+        highest=rate / 2.0,
+    )
+    harmonics = np.arange(1, HARMONICS + 1)
+    mesh = line_amplitudes(forces[:, 0], rate, harmonics * tone.mesh_frequency)
+    # Phases are counted from the start of the run, where the carrier is at 0.
+    mesh = mesh * np.exp(-2j * np.pi * harmonics * tone.mesh_frequency * time[0])
+    way = math.copysign(1.0, tone.carrier_frequency)
+    expected = expected_sidebands(
+        teeth,
+        [way * angle for angle in stage.angles],  # counted as the carrier turns
+        [0.0, *(mesh * np.exp(2j * np.pi * harmonics * phases[0]))],
+        window,
+        phases=[-2.0 * np.pi * phase for phase in phases],
+    )
+    passing = abs(tone.carrier_frequency)
+    near = [
+        band
+        for band in expected
+        if abs(band.offset) <= PASSES * stage.planet_count
+        and 0.0 < band.order * passing < rate / 2.0
+        and band.harmonic
+    ]
+    orders = np.array([band.order for band in near])
+    return RingSensor(
+        stage.name,
+        passing,
+        spectrum,
+        measured_lines(lines, spectrum.frequency, spectrum.values[:, 0]),
+        orders,
+        np.abs(line_amplitudes(felt, rate, orders * passing)),
+        np.array([band.amplitude for band in near]),
+    )

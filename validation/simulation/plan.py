@@ -1,0 +1,207 @@
+"""How a run is laid out: from which state, how long, with which integrator, sampled how."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbs_models.errors import ModelError
+from mbs_models.excitation import Excitation, check_record
+from mbs_models.integrators import (
+    KNOWN_BEND,
+    TRAPEZOIDAL,
+    Integrator,
+    choose_integrator,
+)
+from mbs_models.linearization import LinearizedSystem
+from mbs_models.operating_point import OperatingPoint
+from mbs_models.signals import Harmonic, Multisine, Signal
+from mbs_models.steady_state import slowest_decay, steady_start, superposed
+
+from .results import Request
+
+FloatArray = NDArray[np.float64]
+
+DECAYED = 1e-4  # what the slowest mode may keep of its motion at the end of a transient
+SETTLED = 1e-2  # and at the end of a run-in, before a spectrum is measured
+PERIODS = 2  # on the periodic orbit: one would do, the second shows that it repeats
+# Meshes excite to beyond this multiple of their frequency with little force.
+MESH_HARMONICS = 6
+LOWEST_FMAX = 1000.0  # Hz; a turning gearbox is looked at up to here at least
+MESH_PERIODS = 200  # of the slowest mesh that are measured
+LONGEST = 60.0  # s of a run whose length nobody asked for
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The run as laid out.
+
+    Attributes
+    ----------
+    integrator, sampling_frequency
+        As for `simulate`.
+    duration, run_in
+        s, of which run-in.
+    static
+        (n_dof,) m, the equilibrium under preload.
+    dynamic
+        (displacement, velocity) on top of it: the steady state of what is periodic.
+    """
+
+    integrator: Integrator
+    sampling_frequency: float
+    duration: float
+    run_in: float
+    static: FloatArray
+    dynamic: tuple[FloatArray, FloatArray]
+
+
+def plan(linear: LinearizedSystem, request: Request, point: OperatingPoint | None) -> Plan:
+    """Lay a run out.
+
+    - On its periodic orbit from the start (multisines, sines), two periods, no run-in;
+    - from rest under what ends, until the slowest mode has died out after it;
+    - otherwise (noise, turning gears) after a run-in of that length.
+
+    Raises
+    ------
+    ModelError
+        The band lies beyond Nyquist, the duration is shorter than a period or a signal, the step
+        is unstable, or a DoF is unknown.
+    """
+    _check_dofs(linear, request)
+    fmax = _fmax(request, point)
+    period = _common_period(request.excitations)
+    integrator, rate = _integrator(linear, request, fmax, period)
+    static = np.zeros(len(linear.dofs)) if point is None else point.displacement
+    dynamic = _steady_start(linear, request.excitations, integrator)
+    duration, run_in = _duration(request, point, period, slowest_decay(linear, fmax))
+    _check_records(request, duration, rate)
+    return Plan(integrator, rate, duration, run_in, static, dynamic)
+
+
+def _check_dofs(linear: LinearizedSystem, request: Request) -> None:
+    asked = [("excitation at", excitation.dof) for excitation in request.excitations]
+    asked += [("response", label) for label in request.responses or ()]
+    for what, label in asked:
+        if label not in linear.labels:
+            raise ModelError(f"{what} '{label}': no such DoF; known: {', '.join(linear.labels)}")
+
+
+def _fmax(request: Request, point: OperatingPoint | None) -> float:
+    """End of the band of interest (Hz)."""
+    highest = max((excitation.signal.band[1] for excitation in request.excitations), default=0.0)
+    if request.fmax is not None:
+        if request.fmax < highest:
+            raise ModelError(
+                f"fmax = {request.fmax:g} Hz: the excitation reaches {highest:g} Hz; give at least "
+                "that, or leave fmax out"
+            )
+        return request.fmax
+    meshes = point.mesh_frequencies.values() if point is not None else ()
+    of_meshes = MESH_HARMONICS * max(meshes, default=0.0)
+    return max(highest, of_meshes, 0.0 if highest else LOWEST_FMAX)
+
+
+def _common_period(excitations: Sequence[Excitation[Signal]]) -> float | None:
+    """The period of all excitations, where they share one."""
+    periods = {
+        excitation.signal.period
+        for excitation in excitations
+        if isinstance(excitation.signal, Multisine | Harmonic)
+    }
+    if len(periods) != 1 or any(
+        not isinstance(excitation.signal, Multisine | Harmonic) for excitation in excitations
+    ):
+        return None
+    return periods.pop()
+
+
+def _integrator(
+    linear: LinearizedSystem,
+    request: Request,
+    fmax: float,
+    period: float | None,
+) -> tuple[Integrator, float]:
+    """Integrator and sampling frequency; a period is a whole number of samples."""
+
+    def chosen(rate: float | None) -> Integrator:
+        return choose_integrator(
+            linear,
+            fmax,
+            sampling_frequency=rate,
+            method=request.integrator,
+            step=request.step,
+            bend=KNOWN_BEND,
+        )
+
+    if request.sampling_frequency is not None:
+        return chosen(request.sampling_frequency), request.sampling_frequency
+    integrator = chosen(None)
+    rate = 1.0 / integrator.step
+    if period is not None and request.step is None:
+        rate = math.ceil(period * rate * (1.0 - 1e-12)) / period
+        integrator = chosen(rate)
+    return integrator, rate
+
+
+def _steady_start(
+    linear: LinearizedSystem,
+    excitations: Sequence[Excitation[Signal]],
+    integrator: Integrator,
+) -> tuple[FloatArray, FloatArray]:
+    """The state at t = 0 of the steady state under what is periodic; at rest under the others."""
+    rest = np.zeros(len(linear.dofs))
+    states = [(rest, rest)]
+    warped = integrator.step if integrator.name == TRAPEZOIDAL else None
+    for excitation in excitations:
+        signal = excitation.signal
+        if isinstance(signal, Multisine):
+            lines = signal.frequency, signal.spectrum
+        elif isinstance(signal, Harmonic):
+            line = signal.amplitude * np.exp(1j * signal.phase)
+            lines = np.array([signal.frequency]), np.array([line])
+        else:
+            continue
+        states.append(steady_start(linear, excitation.dof, *lines, warped))
+    return superposed(states)
+
+
+def _duration(
+    request: Request, point: OperatingPoint | None, period: float | None, decay: float
+) -> tuple[float, float]:
+    """Duration and the run-in in it (s); ``decay`` of the slowest mode (1/s)."""
+    turning = point is not None and bool(point.mesh_frequencies)
+    ends = [excitation.signal.duration for excitation in request.excitations]
+    if period is not None and not turning:
+        return request.duration or PERIODS * period, 0.0
+    if ends and all(end is not None for end in ends) and not turning:
+        last = max(end for end in ends if end is not None)
+        return request.duration or last + _until(DECAYED, decay), 0.0
+    run_in = _until(SETTLED, decay)
+    if request.duration is not None:
+        return request.duration, min(run_in, request.duration / 2.0)
+    measured = LONGEST / 2.0
+    if turning and point is not None:
+        measured = max(MESH_PERIODS / min(point.mesh_frequencies.values()), 1.0)
+    return run_in + measured, run_in
+
+
+def _until(share: float, decay: float) -> float:
+    """How long until a mode keeps but a share of its motion (s)."""
+    return min(math.log(1.0 / share) / decay, LONGEST) if decay > 0.0 else LONGEST
+
+
+def _check_records(request: Request, duration: float, rate: float) -> None:
+    for excitation in request.excitations:
+        check_record(excitation, duration=duration, sampling_frequency=rate)
+        lasts = excitation.signal.duration
+        if lasts is not None and duration < lasts * (1.0 - 1e-9):
+            raise ModelError(
+                f"duration = {duration:g} s: the excitation at {excitation.dof} lasts {lasts:g} s; "
+                "run at least as long"
+            )

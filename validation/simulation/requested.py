@@ -1,0 +1,99 @@
+"""What the command line asks to be excited, and how hard."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from mbs_models.excitation import Excitation, excitations_of
+from mbs_models.parameters import Drivetrain
+from mbs_models.signals import Multisine, Signal
+
+from ..errors import CommandError
+from ..excitation_spec import parse_excitation
+from ..routes import build_model, exudyn_source
+from ..time_domain import even_amplitudes, with_damping
+
+# The excitation of a run that names none: lines at odd multiples of 5 Hz up to 4 kHz. Geometry's
+# even-order share falls between them, on the even ones.
+SPACING, HIGHEST = 5.0, 4000.0
+DISPLACEMENT = 1e-8  # m at each line of the DoF that moves most: geometry is linear there
+
+
+def excitations_asked(
+    drivetrain: Drivetrain,
+    specs: Sequence[str],
+    *,
+    folder: Path,
+    duration: float | None,
+    sampling_frequency: float | None,
+    turning: bool,
+) -> tuple[Excitation[Signal], ...]:
+    """Excitations of the command line, else the model file's, else a multisine at the first DoF.
+
+    Parameters
+    ----------
+    drivetrain
+        Whose they are.
+    specs
+        As typed, each TYPE@DOF:key=value,….
+    folder
+        Where relative paths start.
+    duration, sampling_frequency
+        Of the record, if they are decided (s, Hz).
+    turning
+        Whether speed or torque are asked for: then nothing else need excite.
+
+    Raises
+    ------
+    CommandError, ModelError
+        A spec cannot be read, or its values are not allowed.
+    """
+    if specs:
+        tables = tuple(parse_excitation(spec) for spec in specs)
+        drivetrain = drivetrain.model_copy(update={"excitations": tables})
+    if drivetrain.excitations:
+        return excitations_of(
+            drivetrain,
+            folder=folder,
+            duration=duration,
+            sampling_frequency=sampling_frequency,
+        )
+    return () if turning else (default_excitation(drivetrain),)
+
+
+def default_excitation(drivetrain: Drivetrain) -> Excitation[Multisine]:
+    """A multisine at the first DoF under which every line moves the drivetrain alike."""
+    system = build_model(exudyn_source(), with_damping(drivetrain)).whole
+    dof = system.dofs[0]
+    harmonics = np.arange(1, round(HIGHEST / SPACING) + 1, 2)
+    order = np.arange(len(harmonics))
+    amplitudes = even_amplitudes(system, dof, np.asarray(SPACING * harmonics), DISPLACEMENT)
+    phases = -np.pi * order * (order - 1) / len(order)  # Schroeder's
+    return Excitation(dof, Multisine(1.0 / SPACING, harmonics, amplitudes, phases))
+
+
+def levels_asked(text: str | None) -> tuple[float, ...]:
+    """Factors from 1,10,100 or 1:1000:7log.
+
+    Raises
+    ------
+    CommandError
+        They cannot be read, or are not above 0.
+    """
+    if text is None:
+        return ()
+    try:
+        if ":" in text:
+            first, last, count = text.removesuffix("log").split(":")
+            space = np.geomspace if text.endswith("log") else np.linspace
+            levels = tuple(float(x) for x in space(float(first), float(last), int(count)))
+        else:
+            levels = tuple(float(x) for x in text.split(","))
+    except ValueError:
+        raise CommandError(f"--levels = {text!r}: must be 1,10,100 or 1:1000:7log") from None
+    if not levels or not all(np.isfinite(level) and level > 0.0 for level in levels):
+        raise CommandError(f"--levels = {text!r}: every level must be above 0")
+    return levels

@@ -1,0 +1,254 @@
+"""A run in time from what is asked of it to what its report says."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from time import perf_counter
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fbs import Quantity, Record
+from fbs.errors import FbsError
+from mbs_models.drivetrain import build_drivetrain
+from mbs_models.excitation import Excitation
+from mbs_models.linearization import linearize
+from mbs_models.operating_point import OperatingPoint, operating_point
+from mbs_models.parameters import Drivetrain
+from mbs_models.signals import Multisine, Signal
+from mbs_models.time_integration import simulate
+from mbs_models.transient_record import TransientRecord
+
+from ..results import Check
+from ..time_domain import with_damping
+from .drive_level import DriveLevels, drive_levels
+from .estimates import (
+    EstimatedFrfs,
+    compare_with_fbs,
+    estimate_checks,
+    estimate_frfs,
+    responding,
+    unbent,
+)
+from .gear_run import gear_run
+from .plan import Plan, plan
+from .results import Request, Simulation
+from .reversal import even_share, odd_part, reversed_excitation
+
+T = TypeVar("T")
+FloatArray = NDArray[np.float64]
+Progress = Callable[[str, int, int], None]
+
+LOWER = 0.1  # of the force, to see whether a difference falls with it
+RECORDED = ("displacement", "velocity", "acceleration")
+FORWARD, BACKWARD = "forward", "reversed"  # folders of a store
+
+
+def run_simulation(
+    drivetrain: Drivetrain,
+    request: Request,
+    *,
+    store: Path | None = None,
+    progress: Progress = lambda _, done, total: None,
+) -> Simulation:
+    """Integrate a drivetrain in time, and analyse what comes out.
+
+    Parameters
+    ----------
+    drivetrain
+        What is run; without damping of its own it is given Rayleigh damping, in every route.
+    request
+        What is asked.
+    store
+        Where finished pieces of the run are kept, so that an interrupted one goes on.
+    progress
+        Told a step's name, how far it is, and how far it goes.
+
+    Raises
+    ------
+    ModelError, FbsError, CommandError
+        What is asked cannot be run: an unknown DoF, a band beyond Nyquist, an unstable step, a
+        duration too short, a run that diverges.
+    """
+    return _Run(drivetrain, request, store, progress).simulation()
+
+
+class _Run:
+    """The steps of a run share what is run, and how it is laid out."""
+
+    def __init__(
+        self, drivetrain: Drivetrain, request: Request, store: Path | None, progress: Progress
+    ) -> None:
+        self.given, self.request, self.store, self.progress = drivetrain, request, store, progress
+        self.drivetrain = with_damping(drivetrain)
+        self.point = _operating_point(self.drivetrain, request)
+        self.linear = linearize(build_drivetrain(self.drivetrain))
+        self.plan: Plan = plan(self.linear, request, self.point)
+        self.seconds: dict[str, float] = {}
+
+    def simulation(self) -> Simulation:
+        record = self._timed("time integration", lambda: self._record(FORWARD))
+        estimated, no_frfs, share = self._frfs(record)
+        checks = tuple(check for found in estimated for check in estimate_checks(found))
+        levels = None
+        if self.request.levels:
+            levels = self._timed("drive levels", lambda: self._levels(self.request.levels))
+        point = self.point
+        return Simulation(
+            drivetrain=self.drivetrain,
+            borrowed_damping=self.drivetrain is not self.given,
+            excitations=self.request.excitations,
+            record=record,
+            run_in=self.plan.run_in,
+            estimated=estimated,
+            no_frfs=no_frfs,
+            even_share=share,
+            checks=checks,
+            levels=levels,
+            gears=gear_run(self.drivetrain, point, record, self.plan.run_in) if point else None,
+            hints=self._hints(checks),
+            warnings=(*self.given.warnings(), *record.warnings),
+            seconds=self.seconds,
+        )
+
+    def _timed(self, name: str, step: Callable[[], T]) -> T:
+        began = perf_counter()
+        result = step()
+        self.seconds[name] = perf_counter() - began
+        return result
+
+    def _record(self, direction: str) -> TransientRecord:
+        """The run, forwards or with the excitations (not the preload) reversed."""
+        static, dynamic, sign = self.plan.static, self.plan.dynamic, 1.0
+        excitations = self.request.excitations
+        if direction == BACKWARD:
+            excitations = tuple(reversed_excitation(excitation) for excitation in excitations)
+            sign = -1.0
+        point = self.point
+        meshes = ("mesh_forces",) if direction == FORWARD else ()
+        return simulate(
+            build_drivetrain(self.drivetrain, point.laws if point else None),
+            (*excitations, *(point.loads if point else ())),
+            duration=self.plan.duration,
+            integrator=self.plan.integrator,
+            sampling_frequency=self.plan.sampling_frequency,
+            start_state=(static + sign * dynamic[0], sign * dynamic[1]),
+            responses=self.request.responses,
+            record=(*RECORDED, *meshes),
+            store=self.store and self.store / direction,
+            progress=lambda _, done, total: self.progress(_named(direction), done, total),
+        )
+
+    def _frfs(self, record: TransientRecord) -> tuple[tuple[EstimatedFrfs, ...], str, float | None]:
+        """FRFs beside FBS', or why there are none, and geometry's even-order share."""
+        request = self.request
+        if not request.excitations:
+            return (), "nothing excites from outside", None
+        if self.point is not None and self.point.mesh_frequencies:
+            why = "the meshes excite as well, and their force is no input that can be measured"
+            return (), why, None
+        backward = None
+        if request.reverse:
+            backward = self._timed("reversed run", lambda: self._record(BACKWARD))
+        reason = ""
+        for quantity in _quantities(request.excitations):
+            measured, share = self._measured(record, backward, quantity)
+            try:
+                estimates = estimate_frfs(measured, request.excitations)
+            except FbsError as error:
+                reason = str(error)
+                continue
+            integrator = record.integrator
+            found = [compare_with_fbs(unbent(e, integrator), self.drivetrain) for e in estimates]
+            return tuple(found), "", share
+        return (), reason, None
+
+    def _measured(
+        self, record: TransientRecord, backward: TransientRecord | None, quantity: Quantity
+    ) -> tuple[Record, float | None]:
+        """Forces and the motion that changes sign with them, after the run-in."""
+        excitations = self.request.excitations
+        inputs = tuple(dict.fromkeys(excitation.dof for excitation in excitations))
+        outputs = responding(self.linear, record.labels, inputs, _band(excitations))
+        first = round(self.plan.run_in * record.sampling_frequency)
+        rows, columns = slice(first, None), [record.labels.index(label) for label in outputs]
+        forward = getattr(record, RECORDED[quantity.derivative])[rows, columns]
+        share = None
+        if backward is not None:
+            other = getattr(backward, RECORDED[quantity.derivative])[rows, columns]
+            share, forward = even_share(forward, other), odd_part(forward, other)
+        forces = record.forces[rows, [record.excitations.index(dof) for dof in inputs]]
+        return (
+            Record(record.sampling_frequency, forces, forward, inputs, outputs, quantity),
+            share,
+        )
+
+    def _levels(self, factors: tuple[float, ...]) -> DriveLevels:
+        return drive_levels(
+            self.drivetrain,
+            self.request.excitations[0],
+            factors,
+            self.plan.integrator,
+            self.plan.sampling_frequency,
+            self.request.responses or self.linear.dofs,
+            self.point,
+            self.progress,
+        )
+
+    def _hints(self, checks: tuple[Check, ...]) -> tuple[str, ...]:
+        """Whether a disagreement is geometry's: its share falls with the force."""
+        if all(check.agrees for check in checks) or self.request.levels:
+            return ()
+        if len(self.request.excitations) > 1 or not isinstance(
+            self.request.excitations[0].signal, Multisine
+        ):
+            return ("A multisine with --levels tells what is geometry: it falls with the force.",)
+        lower, here = self._levels((LOWER,)).levels[0].worst_db, checks[0].value
+        if lower < here / 2.0:
+            return (
+                f"At a tenth of the force the largest difference is {lower:.2g} dB instead of "
+                f"{here:.2g} dB: at this level the drivetrain is not linear, and FBS does not "
+                "apply to every line.",
+            )
+        return (
+            f"At a tenth of the force the largest difference is {lower:.2g} dB, no less than half "
+            "of it: it is not geometry. Either the routes differ, or the force is so small that "
+            "round-off shows.",
+        )
+
+
+def _named(direction: str) -> str:
+    return "time integration" + (", force reversed" if direction == BACKWARD else "")
+
+
+def _operating_point(drivetrain: Drivetrain, request: Request) -> OperatingPoint | None:
+    """The operating point asked for, or the model file's; None: unloaded and at rest."""
+    operation = drivetrain.operation
+    asked = request.speed_rpm is not None or request.torque is not None
+    given = operation is not None and (operation.speed is not None or operation.torque is not None)
+    if not asked and not given:
+        return None
+    return operating_point(drivetrain, speed_rpm=request.speed_rpm, torque=request.torque)
+
+
+def _band(excitations: tuple[Excitation[Signal], ...]) -> tuple[float, float]:
+    bands = [excitation.signal.band for excitation in excitations]
+    return min(first for first, _ in bands), max(last for _, last in bands)
+
+
+def _quantities(excitations: tuple[Excitation[Signal], ...]) -> tuple[Quantity, ...]:
+    """What FRFs are estimated from, in order of preference.
+
+    A free drivetrain's displacement drifts away and has no spectrum. In a steady state its velocity
+    has one, with less of the springs' round-off at low frequency than its acceleration; under noise
+    only its acceleration does not drift. Of what ends, the first is taken that has died out by
+    then: what a sharp impact folds back from above Nyquist is smallest in displacement.
+    """
+    signals = [excitation.signal for excitation in excitations]
+    if all(signal.duration is not None for signal in signals):
+        return Quantity.RECEPTANCE, Quantity.MOBILITY, Quantity.ACCELERANCE
+    if all(isinstance(signal, Multisine) for signal in signals):
+        return (Quantity.MOBILITY,)
+    return (Quantity.ACCELERANCE,)
