@@ -4,6 +4,7 @@ Conventions: SI; frequency in Hz; e^{+jwt}; H(w) = (K (1 + j eta) - w^2 M + jwC)
 shape (n_frequency, n_response, n_excitation).
 """
 
+from .chain import couple_chain
 from .condensation import (
     block_dofs,
     condense_blocked,
@@ -27,10 +28,14 @@ from .errors import (
 )
 from .estimation import Estimate, averaged_frf, impulse_frf, periodic_frf
 from .frf import Frf, Quantity, frequency_axis
+from .krylov import ReducedFrf, ReductionError, reduced_frf
 from .modal_synthesis import Poles, modal_frf, poles
 from .modal_truncation import TruncatedModes, truncate
 from .records import Record
+from .schur_form import schur_frf
 from .second_order_system import SecondOrderSystem, direct_frf
+from .sparse_system import SparseSystem, sparse_frf
+from .synthesis import Method, MethodError, Synthesis, synthesize
 from .uff import UffError, read_uff, write_uff
 from .undamped_modes import RealModes, real_modes
 
@@ -47,14 +52,20 @@ __all__ = [
     "IndefiniteStiffnessError",
     "Joint",
     "JointError",
+    "Method",
+    "MethodError",
     "NonFiniteError",
     "Poles",
     "Quantity",
     "QuantityMismatchError",
     "RealModes",
     "Record",
+    "ReducedFrf",
+    "ReductionError",
     "SecondOrderSystem",
     "SingularLineError",
+    "SparseSystem",
+    "Synthesis",
     "TruncatedModes",
     "UffError",
     "UnknownDofError",
@@ -65,6 +76,7 @@ __all__ = [
     "condense_dynamic_stiffness",
     "condense_free",
     "couple",
+    "couple_chain",
     "direct_frf",
     "frequency_axis",
     "impulse_frf",
@@ -73,6 +85,10 @@ __all__ = [
     "poles",
     "read_uff",
     "real_modes",
+    "reduced_frf",
+    "schur_frf",
+    "sparse_frf",
+    "synthesize",
     "truncate",
     "write_uff",
 ]

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
+from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _batched
-from ._checks import ComplexArray, FloatArray, read_only
+from ._blocks import SPAN, each, stretches
+from ._checks import ComplexArray, FloatArray, positions, read_only
 from .errors import (
     AmbiguousDofError,
     FbsError,
@@ -22,8 +26,11 @@ from .errors import (
 )
 from .frf import Frf, Quantity, require_same_frequency
 
-BLOCK = 512
-"""Lines assembled at once: one row of 30 FRFs is 0.25 MB, which stays in a core's cache."""
+LINES = 1024
+"""Lines at once of what stays in the cache."""
+
+COLUMNS = 2**20
+"""Bytes of FRFs at once, over all lines of a span: written in one run and still in the cache."""
 
 Node = tuple[str, str]
 Groups = Mapping[Node, tuple[Node, float]]
@@ -106,12 +113,18 @@ class CoupledFrf:
     joints: tuple[Joint, ...]
 
 
-def couple(substructures: Mapping[str, Frf], joints: Sequence[Joint]) -> CoupledFrf:
+def couple(
+    substructures: Mapping[str, Frf],
+    joints: Sequence[Joint],
+    responses: Iterable[str] | None = None,
+    excitations: Iterable[str] | None = None,
+) -> CoupledFrf:
     """Couple: Y_c = Y - Y B^T (B Y B^T + Z^-1)^-1 B Y, Z = k + jwc per joint.
 
     The dual form of de Klerk, Rixen & Voormeeren (2008), General framework for dynamic
     substructuring, AIAA J. 46(5), with B one signed row per joint (+1 first, -n second) and
-    Z^-1 = 0 for rigid joints. Y stays in its blocks; no block-diagonal matrix is formed.
+    Z^-1 = 0 for rigid joints. Y stays in its blocks; no block-diagonal matrix is formed, and of
+    Y_c only what is asked for: the kernel needs the joints' DoFs and no others.
 
     The seed paper's Eq. (15) is the case of two substructures A, B and rigid joints, provided the
     last block of its column is -B_H_jc: with Y B^T = [A_H_ic; A_H_cc; -B_H_jc], compatibility
@@ -127,12 +140,14 @@ def couple(substructures: Mapping[str, Frf], joints: Sequence[Joint]) -> Coupled
     joints : sequence of Joint
         Between any substructures, or within one (a loop closed). None: they stay side by side,
         and no force passes.
+    responses, excitations : labels, optional
+        Of the assembly, in this order. Default: all there are.
 
     Returns
     -------
     CoupledFrf
-        Labels: those of the substructures, in their order. A label several of them have is kept
-        once, and must be one motion: tied by rigid joints.
+        Labels: those asked for, or those of the substructures, in their order. A label several of
+        them have is kept once, and must be one motion: tied by rigid joints.
 
     Raises
     ------
@@ -147,9 +162,13 @@ def couple(substructures: Mapping[str, Frf], joints: Sequence[Joint]) -> Coupled
     for joint in joints:
         _require_interface(joint, substructures)
     groups = _rigid_groups(joints)
-    layout = _Layout.of(substructures, groups)
-    interface = _Interface.of(substructures, joints)
-    inverse, condition = interface.inverted_kernel(2 * np.pi * axis, quantity, joints)
+    layout = _Layout.of(substructures, groups, responses, excitations)
+    interface = _Interface(
+        {name: frf.values.transpose(1, 2, 0) for name, frf in substructures.items()},
+        {name: _ends(name, frf, joints) for name, frf in substructures.items()},
+        tuple(joints),
+    )
+    inverse, condition = interface.inverted_kernel(2 * np.pi * axis, quantity)
     singular = ~(condition <= 1 / (10 * np.finfo(float).eps))
     if singular.any():
         raise SingularLineError(
@@ -228,42 +247,63 @@ def _rigid_groups(joints: Sequence[Joint]) -> dict[Node, tuple[Node, float]]:
 
 
 @dataclass(frozen=True, eq=False)
-class _Part:
-    """One substructure's place: values (nr, ne, nf), and where kept rows and columns go."""
-
-    values: ComplexArray
-    rows: dict[int, int]
-    columns: dict[int, int]
-
-
-@dataclass(frozen=True, eq=False)
 class _Layout:
-    """Labels of the assembly, and each substructure's place among them."""
+    """Labels of what is asked for, and where they stand in the substructures.
+
+    rows[i] : (substructure, its response) of response i
+    columns[name] : runs (excitations of the substructure, excitations of the assembly)
+    """
 
     responses: tuple[str, ...]
     excitations: tuple[str, ...]
-    parts: dict[str, _Part]
+    rows: tuple[tuple[str, int], ...]
+    columns: dict[str, list[tuple[slice, slice]]]
 
     @classmethod
-    def of(cls, substructures: Mapping[str, Frf], groups: Groups) -> _Layout:
+    def of(
+        cls,
+        substructures: Mapping[str, Frf],
+        groups: Groups,
+        responses: Iterable[str] | None,
+        excitations: Iterable[str] | None,
+    ) -> _Layout:
         _refuse_ambiguous(substructures, groups)
-        responses: dict[str, int] = {}
-        excitations: dict[str, int] = {}
-        parts = {}
-        for name, frf in substructures.items():
-            rows = _place(frf.responses, responses)
-            columns = _place(frf.excitations, excitations)
-            parts[name] = _Part(frf.values.transpose(1, 2, 0), rows, columns)
-        return cls(tuple(responses), tuple(excitations), parts)
+        rows = _owners({name: frf.responses for name, frf in substructures.items()})
+        columns = _owners({name: frf.excitations for name, frf in substructures.items()})
+        wanted = tuple(rows) if responses is None else tuple(responses)
+        driven = tuple(columns) if excitations is None else tuple(excitations)
+        positions(wanted, tuple(rows), "the assembly's responses")
+        positions(driven, tuple(columns), "the assembly's excitations")
+        places = [columns[label] for label in driven]
+        return cls(
+            wanted,
+            driven,
+            tuple(rows[label] for label in wanted),
+            {name: _runs(name, places) for name in substructures},
+        )
 
 
-def _place(labels: Sequence[str], taken: dict[str, int]) -> dict[int, int]:
-    """Give every label not yet taken the next place; return {own index: place}."""
-    places = {}
-    for own, label in enumerate(labels):
-        if label not in taken:
-            places[own] = taken[label] = len(taken)
-    return places
+def _owners(labels: Mapping[str, Sequence[str]]) -> dict[str, tuple[str, int]]:
+    """Return the first substructure that has each label, and where."""
+    owners: dict[str, tuple[str, int]] = {}
+    for name, own in labels.items():
+        for position, label in enumerate(own):
+            owners.setdefault(label, (name, position))
+    return owners
+
+
+def _runs(name: str, places: Sequence[tuple[str, int]]) -> list[tuple[slice, slice]]:
+    """Return the columns of a substructure as runs that are contiguous on both sides."""
+    runs: list[tuple[slice, slice]] = []
+    for place, (owner, own) in enumerate(places):
+        if owner != name:
+            continue
+        if runs and (runs[-1][0].stop, runs[-1][1].stop) == (own, place):
+            (first, _), (start, _) = ((run.start, run.stop) for run in runs.pop())
+        else:
+            first, start = own, place
+        runs.append((slice(first, own + 1), slice(start, place + 1)))
+    return runs
 
 
 def _refuse_ambiguous(substructures: Mapping[str, Frf], groups: Groups) -> None:
@@ -281,58 +321,64 @@ def _refuse_ambiguous(substructures: Mapping[str, Frf], groups: Groups) -> None:
                 )
 
 
+class _End(NamedTuple):
+    """An entry of B: 1 or -ratio, in the row of a joint, at a response and excitation."""
+
+    joint: int
+    response: int
+    excitation: int
+    sign: float
+
+
+def _ends(name: str, frf: Frf, joints: Sequence[Joint]) -> list[_End]:
+    """Return the entries of B in a substructure."""
+    return [
+        _End(k, frf.responses.index(label), frf.excitations.index(label), sign)
+        for k, joint in enumerate(joints)
+        for (owner, label), sign in ((joint.first, 1.0), (joint.second, -joint.ratio))
+        if owner == name
+    ]
+
+
 @dataclass(frozen=True, eq=False)
 class _Interface:
-    """Y B^T (left), B Y (right) and B Y B^T per substructure, frequency last.
+    """Substructures' FRFs (n_response, n_excitation, nf), and the ends of the joints in each."""
 
-    left[name] : (n_response, n_joint, nf), right[name] : (n_joint, n_excitation, nf),
-    kernel, spread : (n_joint, n_joint, nf), spread the sum of the moduli that make up kernel.
-    """
-
-    left: dict[str, ComplexArray]
-    right: dict[str, ComplexArray]
-    kernel: ComplexArray
-    spread: FloatArray
-
-    @classmethod
-    def of(cls, substructures: Mapping[str, Frf], joints: Sequence[Joint]) -> _Interface:
-        nf, nj = next(iter(substructures.values())).frequency.size, len(joints)
-        kernel = np.zeros((nj, nj, nf), dtype=complex)
-        spread = np.zeros((nj, nj, nf))
-        left, right = {}, {}
-        for name, frf in substructures.items():
-            y = frf.values.transpose(1, 2, 0)
-            left[name] = np.zeros((len(frf.responses), nj, nf), dtype=complex)
-            right[name] = np.zeros((nj, len(frf.excitations), nf), dtype=complex)
-            ends = _signed_ends(name, joints)
-            for a, response, sign in ends:
-                i = frf.responses.index(response)
-                right[name][a] += sign * y[i]
-                for b, excitation, other_sign in ends:
-                    entry = y[i, frf.excitations.index(excitation)]
-                    kernel[a, b] += sign * other_sign * entry
-                    spread[a, b] += np.abs(sign * other_sign * entry)
-            for b, excitation, sign in ends:
-                left[name][:, b] += sign * y[:, frf.excitations.index(excitation)]
-        return cls(left, right, kernel, spread)
+    frfs: dict[str, ComplexArray]
+    ends: dict[str, list[_End]]
+    joints: tuple[Joint, ...]
 
     def inverted_kernel(
-        self, omega: FloatArray, quantity: Quantity, joints: Sequence[Joint]
+        self, omega: FloatArray, quantity: Quantity
     ) -> tuple[ComplexArray, FloatArray]:
-        """Return (B Y B^T + 1/Z)^-1, shape (nj, nj, nf), and its condition, shape (nf,).
+        """Return (B Y B^T + 1/Z)^-1, shape (nj, nj, nf), and its condition, shape (nf,)."""
+        count = len(self.joints)
+        inverse = np.empty((count, count, omega.size), dtype=complex)
+        condition = np.ones(omega.size)
 
-        The kernel is equilibrated first, G = S K S with s_j^-2 = e_j + |1/Z_j| and e_j the
-        moduli on its diagonal: joints of any stiffness are judged alike, and a joint with Z = 0
-        (a damper at 0 Hz) drops out without a division by zero. The condition is
+        def invert(lines: slice) -> None:
+            found = self._inverted(omega[lines], lines, quantity)
+            inverse[:, :, lines], condition[lines] = found
+
+        if count:
+            each(invert, stretches(omega.size, LINES), inverse.nbytes)
+        return inverse, condition
+
+    def _inverted(
+        self, omega: FloatArray, lines: slice, quantity: Quantity
+    ) -> tuple[ComplexArray, FloatArray]:
+        """Invert the kernel equilibrated, G = S K S with s_j^-2 = e_j + |1/Z_j|.
+
+        e_j are the moduli on its diagonal: joints of any stiffness are judged alike, and a joint
+        with Z = 0 (a damper at 0 Hz) drops out without a division by zero. The condition is
         ||S (spread + |1/Z|) S|| ||G^-1||, for one joint
         (|h_a| + |h_b| + |1/Z|) / |h_a + h_b + 1/Z|.
         """
-        if not joints:
-            return self.kernel, np.ones(omega.size)
-        scale = np.empty((len(joints), omega.size))
-        own = np.zeros((len(joints), omega.size), dtype=complex)
-        for k, joint in enumerate(joints):
-            diagonal = np.maximum(self.spread[k, k], np.finfo(float).tiny)
+        kernel, spread = self._kernel(lines)
+        scale = np.empty((len(kernel), omega.size))
+        own = np.zeros((len(kernel), omega.size), dtype=complex)
+        for k, joint in enumerate(self.joints):
+            diagonal = np.maximum(spread[k, k], np.finfo(float).tiny)
             if joint.rigid:
                 scale[k] = diagonal**-0.5
                 continue
@@ -342,8 +388,8 @@ class _Interface:
             phase = np.divide(size, z, out=np.ones_like(z), where=size > 0)
             own[k] = phase / (1 + size * diagonal)
         both = scale[:, None] * scale
-        diagonal_of = np.arange(len(joints))
-        scaled, bound = self.kernel * both, self.spread * both
+        diagonal_of = np.arange(len(kernel))
+        scaled, bound = kernel * both, spread * both
         scaled[diagonal_of, diagonal_of] += own
         bound[diagonal_of, diagonal_of] += np.abs(own)
         inverse, singular = _batched.inverse(scaled.transpose(2, 0, 1))
@@ -352,44 +398,94 @@ class _Interface:
         condition[singular] = np.inf
         return np.asarray(inverse * both, dtype=complex), condition
 
+    def _kernel(self, lines: slice) -> tuple[ComplexArray, FloatArray]:
+        """Return B Y B^T and the sum of the moduli that make it up, shape (nj, nj, lines)."""
+        count, n_lines = len(self.joints), lines.stop - lines.start
+        kernel = np.zeros((count, count, n_lines), dtype=complex)
+        spread = np.zeros((count, count, n_lines))
+        for name, frf in self.frfs.items():
+            for one, other in product(self.ends[name], repeat=2):
+                entry = one.sign * other.sign * frf[one.response, other.excitation, lines]
+                kernel[one.joint, other.joint] += entry
+                spread[one.joint, other.joint] += np.abs(entry)
+        return kernel, spread
+
 
 def _row_sum_norm(matrices: NDArray[np.complex128] | FloatArray) -> FloatArray:
     norm: FloatArray = np.abs(matrices).sum(axis=1).max(axis=0)
     return norm
 
 
-def _signed_ends(name: str, joints: Sequence[Joint]) -> list[tuple[int, str, float]]:
-    """Return the entries of B in substructure `name`: (joint, label, 1 or -ratio)."""
-    return [
-        (k, label, sign)
-        for k, joint in enumerate(joints)
-        for (owner, label), sign in ((joint.first, 1.0), (joint.second, -joint.ratio))
-        if owner == name
-    ]
-
-
 def _assemble(
     layout: _Layout, interface: _Interface, inverse: ComplexArray, nf: int
 ) -> ComplexArray:
     """Return Y - (Y B^T) (kernel^-1 B Y), shape (n_response, n_excitation, nf)."""
-    nj = len(inverse)
     values = np.empty((len(layout.responses), len(layout.excitations), nf), dtype=complex)
-    right = np.empty((nj, len(layout.excitations), nf), dtype=complex)
-    for name, part in layout.parts.items():
-        for own, place in part.columns.items():
-            right[:, place] = interface.right[name][:, own]
-    forces = np.empty_like(right)  # minus the joint forces per unit excitation
-    for start in range(0, nf, BLOCK):
-        lines = slice(start, start + BLOCK)
-        r, g = right[:, :, lines], inverse[:, :, lines]
-        forces[:, :, lines] = -sum(g[:, k, None] * r[k] for k in range(nj))
-        for name, part in layout.parts.items():
-            for own, row in part.rows.items():
-                gain = interface.left[name][own, :, lines]
-                out = values[row, :, lines]
-                out[:] = 0.0
-                for k in range(nj):
-                    out += gain[k] * forces[k, :, lines]
-                for column_own, column in part.columns.items():
-                    out[column] += part.values[own, column_own, lines]
+    for lines in stretches(nf, _span(layout, interface, nf)):
+        frfs = {
+            name: np.ascontiguousarray(frf[:, :, lines])
+            if frf.strides[2] != frf.itemsize
+            else frf[:, :, lines]
+            for name, frf in interface.frfs.items()
+        }
+        forces = _forces(layout, interface.ends, frfs, inverse[:, :, lines])
+        part = values[:, :, lines]
+        fill = partial(_fill_row, part, layout, interface.ends, frfs, forces)
+        each(fill, range(len(values)), part.nbytes)
     return values
+
+
+def _span(layout: _Layout, interface: _Interface, nf: int) -> int:
+    """Lines assembled in one go: copies of FRFs in another order, and the forces, stay small."""
+    copied = any(frf.strides[2] != frf.itemsize for frf in interface.frfs.values())
+    share = len(layout.responses) / max(1, len(interface.joints))
+    return min(SPAN, max(LINES, int(nf / 8 * min(share, 1 if copied else share))))
+
+
+def _forces(
+    layout: _Layout,
+    ends: Mapping[str, list[_End]],
+    frfs: Mapping[str, ComplexArray],
+    inverse: ComplexArray,
+) -> ComplexArray:
+    """Return minus the joint forces per unit excitation, shape (nj, n_excitation, nf)."""
+    count, nf = inverse.shape[0], inverse.shape[2]
+    forces = np.zeros((count, len(layout.excitations), nf), dtype=complex)
+
+    def fill(lines: slice) -> None:
+        for name, runs in layout.columns.items():
+            for (own, place), end in product(runs, ends[name]):
+                gap = -end.sign * frfs[name][end.response, own, lines]
+                for k in range(count):
+                    forces[k, place, lines] += inverse[k, end.joint, lines] * gap
+
+    each(fill, stretches(nf, LINES), forces.nbytes)
+    return forces
+
+
+def _fill_row(
+    values: ComplexArray,
+    layout: _Layout,
+    ends: Mapping[str, list[_End]],
+    frfs: Mapping[str, ComplexArray],
+    forces: ComplexArray,
+    row: int,
+) -> None:
+    """Write one response of Y_c, a few whole columns at a time."""
+    name, own = layout.rows[row]
+    gains = [(end.joint, end.sign * frfs[name][own, end.excitation]) for end in ends[name]]
+    step = max(1, COLUMNS // (16 * values.shape[2]))
+    for columns in stretches(values.shape[1], step):
+        out = values[row, columns]
+        if not gains:
+            out[:] = 0.0
+        for position, (joint, gain) in enumerate(gains):
+            if position == 0:
+                np.multiply(forces[joint, columns], gain, out=out)
+            else:
+                out += forces[joint, columns] * gain
+        for run, place in layout.columns[name]:
+            start, stop = max(place.start, columns.start), min(place.stop, columns.stop)
+            if start < stop:
+                shift = run.start - place.start
+                values[row, start:stop] += frfs[name][own, start + shift : stop + shift]

@@ -107,27 +107,64 @@ def complex_modes(system: SecondOrderSystem, modes: RealModes | None = None) -> 
         Critical damping, or so near to it that the modes do not span the state.
     IndefiniteMassError, IndefiniteStiffnessError
     """
+    space = state_space(system, modes)
+    poles, right, left = _eigen(space.matrix)
+    steady = space.steady  # s_k = 0 and b = p = phi: phi phi^T / s^2
+    return ComplexModes(
+        read_only(np.concatenate([np.zeros(steady.shape[1]), poles])),
+        _joined(np.zeros_like(steady), space.elastic @ right),
+        _joined(steady, space.rigid @ right),
+        _joined(steady, (left @ space.force).T),
+        system.dofs,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class StateSpace:
+    """H(s) = (elastic + rigid / s) (s - matrix)^-1 force + steady steady^T / s^2.
+
+    Parameters
+    ----------
+    matrix : array, shape (N, N), rad/s
+    elastic, rigid : array, shape (n_dof, N)
+        Displacement without rigid-body motion, and velocity of the rigid-body motion.
+    force : array, shape (N, n_dof)
+    steady : array, shape (n_dof, n_steady)
+        Rigid-body modes that C does not resist.
+    """
+
+    matrix: FloatArray | ComplexArray
+    elastic: FloatArray | ComplexArray
+    rigid: FloatArray
+    force: FloatArray
+    steady: FloatArray
+
+
+def state_space(system: SecondOrderSystem, modes: RealModes | None = None) -> StateSpace:
+    """Write the system in the state (W q, q') of its undamped modes; see `complex_modes`.
+
+    Raises
+    ------
+    IndefiniteMassError, IndefiniteStiffnessError
+    """
     real = real_modes(system) if modes is None else modes
     real = _split_undamped_rigid(real, system.damping)
     gamma = modal_damping(real, system.damping)
     free = _free_count(real, gamma)
     mode, moving = _states(real, free)
     every = _complex_frequency(real.angular_frequency, system.loss_factor)
-    poles, right, left = _eigen(_state_matrix(every, gamma, mode, moving))
-    omega = every[mode]
-    still = ~moving
+    omega, shapes = every[mode], real.shapes[:, mode]
     rigid = moving & (omega == 0)
-    steady = real.shapes[:, :free]  # s_k = 0 and b = p = phi: phi phi^T / s^2
-    return ComplexModes(
-        read_only(np.concatenate([np.zeros(free), poles])),
-        _joined(np.zeros_like(steady), (real.shapes[:, mode[still]] / omega[still]) @ right[still]),
-        _joined(steady, real.shapes[:, mode[rigid]] @ right[rigid]),
-        _joined(steady, real.shapes[:, mode[moving]] @ left[:, moving].T),
-        system.dofs,
+    return StateSpace(
+        _state_matrix(every, gamma, mode, moving),
+        shapes * np.divide(1.0, omega, out=np.zeros_like(omega), where=~moving),
+        shapes * rigid,
+        (shapes * moving).T,
+        real.shapes[:, :free],
     )
 
 
-def _joined(steady: FloatArray, others: ComplexArray) -> ComplexArray:
+def _joined(steady: FloatArray, others: NDArray[np.inexact]) -> ComplexArray:
     return read_only(np.hstack([steady, others]).astype(complex))
 
 

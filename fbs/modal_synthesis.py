@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._checks import ComplexArray, FloatArray, ascending_frequency, read_only
+from ._weighted_sum import Gains, WeightedSum
 from .damped_modes import (
     ComplexModes,
     complex_modes,
@@ -47,12 +48,9 @@ class _Target:
     quantity: Quantity
 
     @property
-    def omega(self) -> FloatArray:
-        return 2 * np.pi * self.axis
-
-    @property
-    def derivative(self) -> ComplexArray:
-        return np.asarray((1j * self.omega) ** self.quantity.derivative, dtype=complex)
+    def symmetric(self) -> bool:
+        """Whether H_ij and H_ji stand mirrored."""
+        return self.responses == self.excitations
 
     def responding(self, shapes: NDArray[np.inexact]) -> NDArray[np.inexact]:
         return shapes[self.rows] * self.row_factor[:, None]
@@ -102,7 +100,7 @@ def modal_frf(
     if modes is not None and modes.dofs != system.dofs:
         raise AxisMismatchError("the modes belong to another system: their dofs differ")
     if isinstance(modes, ComplexModes):
-        return _complex_sum(modes, target)
+        return _complex_sum(modes, system, target)
     residuals = modes.residuals if isinstance(modes, TruncatedModes) else ()
     given = modes.kept if isinstance(modes, TruncatedModes) else modes
     real = real_modes(system) if given is None else given
@@ -111,8 +109,8 @@ def modal_frf(
         terms = [_modal_terms(real, np.diag(damping), system.loss_factor, target)]
         if residuals:
             terms.append(_residual_terms(residuals, system, target))
-        return _real_sum(terms, target)
-    return _complex_sum(complex_modes(system, real), target)
+        return _sum(terms, target, all(_is_symmetric(r) for r in residuals))
+    return _complex_sum(complex_modes(system, real), system, target)
 
 
 def _target(
@@ -132,21 +130,54 @@ def _target(
 
 @dataclass(frozen=True, eq=False)
 class _Terms:
-    """Part of an FRF, sum_t weights[i, j, t] gains[t, line], with real weights."""
+    """Part of an FRF, with real weights; see `WeightedSum` for `row` and `gains`."""
 
-    weights: FloatArray
-    gains: ComplexArray
+    count: int
+    row: Callable[[int], FloatArray]
+    gains: Gains
 
 
 def _modal_terms(
     modes: RealModes, damping: FloatArray, loss_factor: float, target: _Target
 ) -> _Terms:
     left, right = target.responding(modes.shapes), target.exciting(modes.shapes)
-    w, wr = target.omega, modes.angular_frequency[:, None]
-    part = _takes_part(left, modes.shapes) & _takes_part(right, modes.shapes)
-    denominator = (wr - w) * (wr + w) + 1j * (damping[:, None] * w + loss_factor * wr**2)
-    gains = _inverse(denominator, wr**2 + w**2, part, target)
-    return _Terms(np.asarray(left[:, None] * right, dtype=float), gains)
+    part = (_takes_part(left, modes.shapes) & _takes_part(right, modes.shapes))[:, None]
+    wr, g = modes.angular_frequency[:, None], damping[:, None]
+    tolerance = _pole_tolerance(len(wr))
+
+    def gains(w: FloatArray, out: ComplexArray) -> NDArray[np.bool_]:
+        return _resonances(w, wr, g, loss_factor, tolerance, part, out)
+
+    return _Terms(len(wr), lambda i: np.asarray(left[i] * right, dtype=float), gains)
+
+
+def _resonances(
+    w: FloatArray,
+    wr: FloatArray,
+    g: FloatArray,
+    loss_factor: float,
+    tolerance: float,
+    part: NDArray[np.bool_],
+    out: ComplexArray,
+) -> NDArray[np.bool_]:
+    """Write 1 / (a + jb) = (a - jb) / (a^2 + b^2), a = w_r^2 - w^2 and b = g w + eta w_r^2.
+
+    On a pole, within `tolerance`, it is 0; the line counts if the mode has a `part` in the FRFs.
+    """
+    a, minus_b = (wr - w) * (wr + w), -g * w
+    if loss_factor:
+        minus_b -= loss_factor * wr**2
+    square = a * a
+    square += minus_b * minus_b
+    lines = np.zeros((len(w), w.shape[2]), dtype=bool)
+    if (square.min(axis=2) <= (tolerance * (wr**2 + w[:, :, -1:] ** 2))[:, :, 0] ** 2).any():
+        singular = square <= (tolerance * (wr**2 + w**2)) ** 2
+        square[singular] = np.inf
+        lines = np.asarray((singular & part).any(axis=1))
+    np.reciprocal(square, out=square)
+    np.multiply(a, square, out=out.real)
+    np.multiply(minus_b, square, out=out.imag)
+    return lines
 
 
 def _residual_terms(
@@ -160,41 +191,157 @@ def _residual_terms(
             "system's is neither (leave the residuals out, or use direct_frf)"
         )
     alpha, beta = coefficients
-    w = target.omega
-    mu, v = 1 + 1j * (system.loss_factor + w * beta), w**2 - 1j * w * alpha
-    gains = np.array([target.derivative * v**k / mu ** (k + 1) for k in range(len(residuals))])
-    factor = np.outer(target.row_factor, target.column_factor)
-    pairs = np.ix_(target.rows, target.columns)
-    return _Terms(np.stack([r[pairs] * factor for r in residuals], axis=-1), gains)
+    count = len(residuals)
+
+    def gains(w: FloatArray, out: ComplexArray) -> NDArray[np.bool_]:
+        mu, v = 1 + 1j * (system.loss_factor + w * beta), w**2 - 1j * w * alpha
+        for k in range(count):
+            out[:, k : k + 1] = v**k / mu ** (k + 1)
+        return np.zeros((len(w), w.shape[2]), dtype=bool)
+
+    def row(i: int) -> FloatArray:
+        entries = [residual[target.rows[i], target.columns] for residual in residuals]
+        factor: FloatArray = target.row_factor[i] * target.column_factor
+        return np.stack(entries, axis=-1) * factor[:, None]
+
+    return _Terms(count, row, gains)
 
 
-def _real_sum(terms: list[_Terms], target: _Target) -> Frf:
-    weights = np.concatenate([term.weights for term in terms], axis=2)
-    gain = np.concatenate([term.gains for term in terms])
-    n_pairs = len(target.rows) * len(target.columns)
-    w = target.omega
-    values = np.empty((n_pairs, w.size), dtype=complex)
-    # real weights: the complex sum is one real product over interleaved real and imaginary parts
-    np.matmul(weights.reshape(n_pairs, -1), gain.view(float), out=values.view(float))
-    return _frf(values, target)
-
-
-def _complex_sum(modes: ComplexModes, target: _Target) -> Frf:
-    s, poles = 1j * target.omega, modes.poles[:, None]
-    distance, size = s - poles, np.abs(s) + np.abs(poles)
+def _complex_sum(modes: ComplexModes, system: SecondOrderSystem, target: _Target) -> Frf:
     right = target.exciting(modes.participation)
+    elastic = target.responding(modes.elastic_shapes)
+    rigid = target.responding(modes.rigid_shapes)
     excited = _takes_part(right, modes.participation)
-    weights, gains = [], []
-    for shapes, divisor in ((modes.elastic_shapes, 1.0), (modes.rigid_shapes, s)):
-        left = target.responding(shapes)
-        used = left.any(axis=0)
-        part = (excited & _takes_part(left, shapes))[used]
-        denominator = (distance * divisor)[used]
-        gains.append(_inverse(denominator, (size * np.abs(divisor))[used], part, target))
-        weights.append((left[:, None] * right)[:, :, used])
-    n_pairs = len(left) * len(right)
-    values = np.concatenate(weights, axis=2).reshape(n_pairs, -1) @ np.concatenate(gains)
-    return _frf(values, target)
+    floating = excited & _takes_part(rigid, modes.rigid_shapes)
+    part = excited & _takes_part(elastic, modes.elastic_shapes) | floating
+    used = elastic.any(axis=0) | rigid.any(axis=0)
+    tolerance = _pole_tolerance(int(used.sum()))
+    terms = []
+    for chosen, kind in zip(_pairs(modes.poles), (_pair_terms, _pole_terms), strict=True):
+        k = np.flatnonzero(chosen & used)
+        some = _Poles(
+            modes.poles[k], elastic[:, k], rigid[:, k], right[:, k], part[k], floating[k].any()
+        )
+        terms.append(kind(some, tolerance))
+    return _sum(terms, target, _is_symmetric(system.damping))
+
+
+@dataclass(frozen=True, eq=False)
+class _Poles:
+    """Some of the complex modes, between the DoFs asked for.
+
+    `part` : which of them take part; `floating` : whether one does with rigid-body motion, so that
+    the FRF is infinite at 0 Hz.
+    """
+
+    values: ComplexArray
+    elastic: NDArray[np.inexact]
+    rigid: NDArray[np.inexact]
+    right: NDArray[np.inexact]
+    part: NDArray[np.bool_]
+    floating: np.bool_
+
+    def inverse(self, w: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Return 1 / w, and where the line is singular for it; 0 where w is."""
+        still = w == 0
+        return 1 / np.where(still, np.inf, w), still[:, 0] & self.floating
+
+
+def _pairs(poles: ComplexArray) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return which poles stand for themselves and their conjugate, and which for themselves alone.
+
+    The poles of a real system come in pairs s_k, s_k*, and so do their residues.
+    """
+    upper, lower = poles[poles.imag > 0], poles[poles.imag < 0]
+    if np.array_equal(np.sort_complex(upper), np.sort_complex(lower.conj())):
+        return poles.imag > 0, poles.imag == 0
+    return np.zeros(poles.size, dtype=bool), np.ones(poles.size, dtype=bool)
+
+
+def _pair_terms(poles: _Poles, tolerance: float) -> _Terms:
+    """R / (s - s_k) + R* / (s - s_k*) = (A + s B) q, 1 / q = |s_k|^2 - w^2 - 2 j w Re s_k.
+
+    B = 2 Re R and A = -2 (Re s_k Re R + Im s_k Im R). R = a p^T + b p^T / s has two such parts:
+    the weights of q, s q and q / s are A_a + B_b, B_a and A_b.
+    """
+    s_k, n = poles.values, poles.values.size
+    wr, g, part = np.abs(s_k)[:, None], -2 * s_k.real[:, None], poles.part[:, None]
+    rigid = bool(poles.rigid.any())
+
+    def row(i: int) -> FloatArray:
+        a, b = poles.elastic[i] * poles.right, poles.rigid[i] * poles.right
+        static, slow = (-2 * (s_k.real * r.real + s_k.imag * r.imag) for r in (a, b))
+        return np.hstack([static + 2 * b.real, 2 * a.real, *([slow] if rigid else [])])
+
+    def gains(w: FloatArray, out: ComplexArray) -> NDArray[np.bool_]:
+        q, derivative = out[:, :n], out[:, n : 2 * n]
+        # |s - s_k| |s - s_k*| is about 2 w |s - s_k| at a pole: twice w_r^2 + w^2 is the size
+        lines = _resonances(w, wr, g, 0.0, 2 * tolerance, part, q)
+        np.multiply(q.imag, -w, out=derivative.real)
+        np.multiply(q.real, w, out=derivative.imag)
+        if rigid:
+            inverse, still = poles.inverse(w)
+            np.multiply(q.imag, inverse, out=out[:, 2 * n :].real)
+            np.multiply(q.real, -inverse, out=out[:, 2 * n :].imag)
+            lines |= still
+        return lines
+
+    return _Terms((3 if rigid else 2) * n, row, gains)
+
+
+def _pole_terms(poles: _Poles, tolerance: float) -> _Terms:
+    """R / (s - s_k) = Re R g + Im R j g; with R = a p^T + b p^T / s also for g / s."""
+    n, modulus, part = poles.values.size, np.abs(poles.values)[:, None], poles.part[:, None]
+
+    def row(i: int) -> FloatArray:
+        a, b = poles.elastic[i] * poles.right, poles.rigid[i] * poles.right
+        return np.hstack([a.real, a.imag, b.real, b.imag])
+
+    def gains(w: FloatArray, out: ComplexArray) -> NDArray[np.bool_]:
+        distance = 1j * w - poles.values[:, None]
+        singular = np.abs(distance) <= tolerance * (w + modulus)
+        distance[singular] = np.inf
+        inverse, still = poles.inverse(w)
+        out[:, :n] = 1 / distance
+        out[:, n : 2 * n] = 1j * out[:, :n]
+        out[:, 2 * n :] = out[:, : 2 * n] * (-1j * inverse)
+        return np.asarray((singular & part).any(axis=1) | still)
+
+    return _Terms(4 * n, row, gains)
+
+
+def _sum(terms: Sequence[_Terms], target: _Target, symmetric: bool) -> Frf:
+    order = target.quantity.derivative
+    used = [term for term in terms if term.count]
+    ends = np.cumsum([0, *(term.count for term in used)])
+
+    def row(i: int) -> FloatArray:
+        return np.hstack([np.zeros((len(target.columns), 0)), *(term.row(i) for term in used)])
+
+    def gains(w: FloatArray, out: ComplexArray) -> NDArray[np.bool_]:
+        singular = np.zeros((len(w), w.shape[2]), dtype=bool)
+        for term, first, last in zip(used, ends, ends[1:], strict=False):
+            singular |= term.gains(w, out[:, first:last])
+        if order:
+            out *= (1j * w) ** order
+        return singular
+
+    shape = (len(target.rows), len(target.columns), int(ends[-1]))
+    weighted = WeightedSum(shape, row, gains, symmetric and target.symmetric)
+    values, singular = weighted(2 * np.pi * target.axis)
+    if singular.any():
+        raise SingularLineError(
+            target.axis[singular],
+            "an undamped mode, or rigid-body motion at 0 Hz, makes the FRF infinite",
+            "leave these lines out, shift the axis or add damping",
+        )
+    return Frf(
+        target.axis,
+        values.transpose(2, 0, 1),
+        target.responses,
+        target.excitations,
+        target.quantity,
+    )
 
 
 def _takes_part(asked: NDArray[np.inexact], shapes: NDArray[np.inexact]) -> NDArray[np.bool_]:
@@ -203,34 +350,13 @@ def _takes_part(asked: NDArray[np.inexact], shapes: NDArray[np.inexact]) -> NDAr
     return np.asarray(np.abs(asked).max(axis=0, initial=0.0) > limit)
 
 
-def _inverse(
-    denominator: ComplexArray, size: FloatArray, part: NDArray[np.bool_], target: _Target
-) -> ComplexArray:
-    """Return (jw)^n / denominator, shape (mode, line); 0 at the pole of a mode without part.
-
-    A pole is known to a few n eps only: closer than that to it, no digit of the FRF is left.
-    """
-    singular = np.abs(denominator) <= 16 * len(denominator) * EPS * size
-    lines = (singular & part[:, None]).any(axis=0)
-    if lines.any():
-        raise SingularLineError(
-            target.axis[lines],
-            "an undamped mode, or rigid-body motion at 0 Hz, makes the FRF infinite",
-            "leave these lines out, shift the axis or add damping",
-        )
-    gain = np.zeros_like(denominator)
-    return np.divide(target.derivative, denominator, out=gain, where=~singular)
+def _pole_tolerance(n: int) -> float:
+    """A pole is known to a few n eps only: closer than that to it, no digit of the FRF is left."""
+    return 16 * n * EPS
 
 
-def _frf(values: ComplexArray, target: _Target) -> Frf:
-    shape = (len(target.rows), len(target.columns), target.axis.size)
-    return Frf(
-        target.axis,
-        values.reshape(shape).transpose(2, 0, 1),
-        target.responses,
-        target.excitations,
-        target.quantity,
-    )
+def _is_symmetric(matrix: FloatArray) -> bool:
+    return np.array_equal(matrix, matrix.T)
 
 
 @dataclass(frozen=True, eq=False)

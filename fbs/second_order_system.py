@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _batched
+from ._blocks import each, stretches
 from ._checks import (
     FloatArray,
     ascending_frequency,
@@ -147,7 +148,7 @@ def direct_frf(
         Default: all of `system.labels`.
     quantity : Quantity
     block : int
-        Lines per batch; the result does not depend on it.
+        Lines per batch, on one core; the result does not depend on it.
 
     Returns
     -------
@@ -175,10 +176,12 @@ def direct_frf(
     order = (2, 1, 0) if transposed else (1, 2, 0)
     values = np.empty((len(i), len(j), axis.size), dtype=complex)
     singular = np.zeros(axis.size, dtype=bool)
-    for start in range(0, axis.size, block):
-        lines = slice(start, start + block)
+
+    def solve(lines: slice) -> None:
         solution, singular[lines] = solver.solve(2 * np.pi * axis[lines])
         values[:, :, lines] = solution[:, rows_of][:, :, columns_of].transpose(order)
+
+    each(solve, stretches(axis.size, block), 16 * len(system.dofs) ** 2 * axis.size)
     if singular.any():
         raise SingularLineError(
             axis[singular],

@@ -22,6 +22,7 @@ from fbs import (
     couple,
     direct_frf,
     modal_frf,
+    synthesize,
 )
 from mbs_models.parameters import Coupling, Drivetrain
 from mbs_models.placement import facings, rigid_end, translation_ends, turning
@@ -215,8 +216,8 @@ def frf_by_name(
     responses: Sequence[str] | None,
     excitations: Sequence[str] | None,
     stage: str | None = None,
-) -> Frf:
-    """The FRFs of one route, by its name on the command line: exudyn, fbs or equations.
+) -> tuple[Frf, str]:
+    """The FRFs of one route, by its name on the command line, and how they were made.
 
     Parameters
     ----------
@@ -230,6 +231,11 @@ def frf_by_name(
         Labels (None: all there are).
     stage
         A stage or inertia alone, with its halves of the hubs (None: the whole).
+
+    Returns
+    -------
+    frf, method
+        What was asked for only; the method in words.
 
     Raises
     ------
@@ -246,10 +252,13 @@ def frf_by_name(
                 "must be exudyn or equations"
             )
         model = build_model(exudyn_source(), drivetrain)
-        return couple_stages(model, frequency).frf.select(responses, excitations)
+        stages = {name: direct_frf(part, frequency) for name, part in model.stages.items()}
+        coupled = couple(stages, model.joints, responses, excitations)
+        return coupled.frf, "direct solve of the stages, coupled at the interface only"
     source = EQUATIONS if route == "equations" else exudyn_source()
     system = source.whole(drivetrain) if part is None else source.stage(drivetrain, part)
-    return direct_frf(system, frequency, responses, excitations)
+    made = synthesize(system, frequency, responses, excitations)
+    return made.frf, f"{made.method} ({made.reason})"
 
 
 def known_part(drivetrain: Drivetrain, name: str, option: str) -> str:

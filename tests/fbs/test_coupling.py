@@ -204,6 +204,82 @@ def test_substructures_need_not_be_square():
     assert coupled.values.strides[0] == 16
 
 
+def test_only_what_is_asked_for():
+    systems = two_stages()
+    frfs = {name: direct_frf(system, AXIS) for name, system in systems.items()}
+    joints = [Joint(("a", "a4"), ("b", "b0"), 1e7), Joint(("a", "a1"), ("b", "b2"))]
+    whole = couple(frfs, joints)
+    responses, excitations = ["b5", "a0", "a1", "b4"], ["b1", "b2", "a3", "b3"]
+    part = couple(frfs, joints, responses, excitations)
+    expected = whole.frf.select(responses, excitations)
+    assert part.frf.responses == tuple(responses)
+    assert part.frf.excitations == tuple(excitations)
+    np.testing.assert_array_equal(part.frf.values, expected.values)
+    np.testing.assert_array_equal(part.kernel_condition, whole.kernel_condition)
+    one = couple(frfs, joints, ["a0"]).frf
+    np.testing.assert_array_equal(one.values, whole.frf.select(["a0"]).values)
+    with pytest.raises(UnknownDofError, match="assembly's responses has no degree of freedom 'a9'"):
+        couple(frfs, joints, ["a9"])
+    with pytest.raises(AmbiguousDofError, match="'a0' more than once"):
+        couple(frfs, joints, None, ["a0", "a0"])
+
+
+def test_a_shared_label_may_be_asked_for():
+    rng = np.random.default_rng(1)
+    systems = {
+        "a": random_system(rng, 4, "a", beta=damped, derived={"hub": ("a3", 1.0)}),
+        "b": random_system(rng, 3, "b", beta=damped, derived={"hub": ("b0", 0.5)}),
+    }
+    frfs = {name: direct_frf(system, AXIS) for name, system in systems.items()}
+    joints = [Joint(("a", "hub"), ("b", "hub"))]
+    wanted = ["b1", "hub", "a2", "b2"]
+    part = couple(frfs, joints, wanted, wanted).frf
+    expected = couple(frfs, joints).frf.select(wanted, wanted)
+    np.testing.assert_array_equal(part.values, expected.values)
+
+
+@pytest.mark.parametrize("joints", [1, 3])
+def test_frfs_that_are_not_reciprocal(joints):
+    """Y_c = Y - Y B^T (B Y B^T + 1/Z)^-1 B Y written out, for measured FRFs with H_ij != H_ji."""
+    rng = np.random.default_rng(17)
+    axis = frequency_axis(1, 600, 1)
+
+    def noise(n):
+        return rng.standard_normal((axis.size, n, n)) + 1j * rng.standard_normal((axis.size, n, n))
+
+    a, b = noise(4), noise(5)
+    links = [
+        Joint(("a", "a1"), ("b", "b3")),
+        Joint(("a", "a0"), ("b", "b0"), 0.5, 1e-4),
+        Joint(("b", "b4"), ("a", "a2"), 2.0, ratio=-1.5),
+    ][:joints]
+    labels = tuple(f"a{i}" for i in range(4)), tuple(f"b{i}" for i in range(5))
+    frfs = {
+        "a": Frf(axis, a, labels[0], labels[0]),
+        "b": Frf(axis, b, labels[1], labels[1]),
+    }
+    coupled = couple(frfs, links)
+    y = np.zeros((axis.size, 9, 9), dtype=complex)
+    y[:, :4, :4], y[:, 4:, 4:] = a, b
+    signs = np.array(
+        [
+            unit(9, (1, 1.0), (7, -1.0)),
+            unit(9, (0, 1.0), (4, -1.0)),
+            unit(9, (8, 1.0), (2, 1.5)),
+        ][:joints]
+    )
+    flexibility = np.zeros((axis.size, joints, joints), dtype=complex)
+    for k, joint in enumerate(links):
+        if not joint.rigid:
+            flexibility[:, k, k] = 1 / joint.dynamic_stiffness(2 * np.pi * axis)
+    kernel = signs @ y @ signs.T + flexibility
+    expected = y - y @ signs.T @ np.linalg.solve(kernel, signs @ y)
+    size = coupled.kernel_condition[:, None, None] * np.abs(y).max() ** 2
+    # eps times the kernel's condition, a few times over
+    assert (np.abs(coupled.frf.values - expected) <= 1e-14 * size).all()
+    assert np.abs(expected - expected.transpose(0, 2, 1)).max() > 1.0
+
+
 def test_memory_order_does_not_matter():
     frfs = {name: direct_frf(system, AXIS) for name, system in two_stages().items()}
     copies = {

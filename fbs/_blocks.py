@@ -1,0 +1,57 @@
+"""Work cut into blocks that fit the cache and shared by the cores.
+
+Where a block begins depends on the sizes alone, and inside one everything runs on one thread, so
+that a result is the same, bit for bit, whatever the number of threads.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
+
+Task = TypeVar("Task")
+
+SPAN = 2**14
+"""Lines written in one go, at most: long runs cost half as much as short ones on fresh memory."""
+
+WORTH_A_THREAD = 2**19
+"""Bytes: to start a thread takes as long as to compute and write some 100 kB."""
+
+
+def cores() -> int:
+    """Number of threads to use: OMP_NUM_THREADS, as for BLAS, else the cores of this process."""
+    wanted = os.environ.get("OMP_NUM_THREADS", "")
+    if wanted.isdecimal() and int(wanted) > 0:
+        return int(wanted)
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def each(job: Callable[[Task], None], tasks: Iterable[Task], nbytes: int) -> None:
+    """Do `job` for every task, on all cores; NumPy's loops and BLAS let go of the interpreter.
+
+    Parameters
+    ----------
+    job : function of a task
+    tasks : iterable
+    nbytes : int
+        What all of them write: below `WORTH_A_THREAD` per thread, fewer threads are started.
+    """
+    waiting = list(tasks)
+    workers = min(cores(), len(waiting), nbytes // WORTH_A_THREAD)
+    if workers < 2:
+        for task in waiting:
+            job(task)
+        return
+    with ThreadPoolExecutor(workers) as pool:
+        for _ in pool.map(job, waiting):  # raises what a job raised
+            pass
+
+
+def stretches(size: int, step: int) -> Iterator[slice]:
+    """Cut range(size) into slices of `step`, the last one shorter."""
+    for start in range(0, size, step):
+        yield slice(start, min(size, start + step))
