@@ -47,6 +47,8 @@ class MultibodySystem:
         Every rigid body by name; a coupling's hub has the coupling's name.
     meshes
         exudyn's object of every mesh spring by name, as in `components`.
+    has_backlash
+        Whether a mesh's force has kinks where its teeth part.
     """
 
     container: Any
@@ -56,6 +58,7 @@ class MultibodySystem:
     locked: tuple[tuple[int, int], ...]
     bodies: Mapping[str, RigidBody] = field(default_factory=dict)
     meshes: Mapping[str, int] = field(default_factory=dict)
+    has_backlash: bool = False
 
 
 def build_drivetrain(
@@ -222,4 +225,5 @@ def _finish(train: _Train) -> MultibodySystem:
         locked=tuple(assembly.locked),
         bodies=train.bodies | train.hubs,
         meshes=dict(assembly.meshes),
+        has_backlash=any(law.backlash > 0.0 for law in assembly.mesh_laws.values()),
     )

@@ -216,6 +216,8 @@ class _Run:
         integration.generalizedAlpha.computeInitialAccelerations = first == 0
         integration.newton.relativeTolerance = NEWTON_TOLERANCE
         integration.newton.absoluteTolerance = ROUND_OFF_FORCES * self._round_off
+        # Over the kink of a backlash modified Newton may not converge.
+        integration.newton.useModifiedNewton = not self.system.has_backlash
         _set_state(self.system, state)
         try:
             self.mbs.SolveDynamic(settings, solverType=SOLVERS[solver])
