@@ -83,6 +83,9 @@ def synthesize(
     schur         back-substitution in a triangular state matrix   M > 0, K >= 0 symmetric
     ============= ================================================ ==============================
 
+    All are exact to round-off of the largest FRFs of a line. Far below those (a transfer through
+    many stages) a sum of modes is its own round-off, and only `direct` has correct digits.
+
     Parameters
     ----------
     system : SecondOrderSystem

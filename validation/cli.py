@@ -205,7 +205,9 @@ def frf(
         frf_output.check_target(output)
     drivetrain = load(model)
     frequency = band(fmin, fmax, df).frequency()
-    result = frf_by_name(drivetrain, route, frequency, responses, excitations, stage).to(quantity)
+    made, method = frf_by_name(drivetrain, route, frequency, responses, excitations, stage)
+    result = made.to(quantity)
+    print(f"Method: {method}", file=sys.stderr)
     if output is None:
         frf_output.show(result)
     else:
@@ -262,19 +264,33 @@ def sweep(
         list[str] | None,
         typer.Option(
             metavar="PATH=SPEC",
-            help="A parameter, as reducer.pinion.mass, and its values: a:b:N, a:b:Nlog, v1,v2,v3, "
-            "or a tolerance v±p% (also v+-p%) to sample; may be repeated.",
+            help="A parameter, as reducer.pinion.mass, and its values: from:to:N, from:to:Nlog, "
+            "v1,v2,v3, or a tolerance to sample, v±p% (also v+-p%) uniform or v~s% normal; may be "
+            "repeated.",
         ),
     ] = None,
     response: Annotated[str | None, typer.Option(help="Response DoF of an FRF.")] = None,
     excitation: Annotated[str | None, typer.Option(help="Its excitation DoF.")] = None,
+    metric: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="METRIC",
+            help="A column of the table: peak[:F1:F2], rms[:F1:F2], mean[:F1:F2], level:F, drop:F "
+            "(below the model as it is), frequency:N, frequency:KIND:N; may be repeated "
+            "(default: peak and rms).",
+        ),
+    ] = None,
     fmin: Fmin = None,
     fmax: Fmax = None,
     df: Df = None,
     n_modes: Annotated[int, typer.Option("--modes", help="How many natural frequencies.")] = 10,
     route: Annotated[str, typer.Option(help="exudyn or equations.")] = "exudyn",
     samples: Annotated[
-        int | None, typer.Option(help="Draws from the tolerances, a Latin hypercube (default 200).")
+        int | None,
+        typer.Option(help="Draws from the tolerances (default 200)."),
+    ] = None,
+    sampling: Annotated[
+        str | None, typer.Option(help="How they are drawn: lhs (Latin hypercube) or random.")
     ] = None,
     seed: Annotated[int, typer.Option(help="Of the draws.")] = 0,
     out: Annotated[Path, typer.Option(help="Where table and pictures go.")] = Path(
@@ -283,22 +299,98 @@ def sweep(
     workers: Annotated[
         int | None, typer.Option(min=1, help="Processes (default: by the number of samples).")
     ] = None,
+    executor: Annotated[
+        str | None,
+        typer.Option(
+            help="Who computes: processes, serial, mpi, or a dask scheduler as tcp://host:port."
+        ),
+    ] = None,
+    stream: Annotated[
+        bool, typer.Option("--stream", help="Write the FRFs to disk piece by piece.")
+    ] = False,
 ) -> None:
     """Vary parameters: an FRF and natural frequencies as table and pictures; goes on if stopped."""
     from mbs_models.model_file import load
 
+    from .executors import check as check_executor
     from .sweep_parameters import design
 
+    check_executor(executor, workers)
     drivetrain = load(model)
-    samples_of = design(drivetrain, vary or (), samples, seed)
+    samples_of = design(drivetrain, vary or (), samples, seed, sampling)
     from .results import band  # takes its time to load: bad input is told before
     from .sweep import dof_pair, task
     from .sweep_command import carry_out
 
     lines, pair = band(fmin, fmax, df), dof_pair(response, excitation)
-    todo = task(drivetrain, samples_of, lines, pair, n_modes, route)
-    if not carry_out(drivetrain.name, todo, samples_of, out, workers):
+    todo = task(drivetrain, samples_of, lines, pair, n_modes, route, metric or (), streamed=stream)
+    if not carry_out(drivetrain.name, todo, samples_of, out, workers, executor, streamed=stream):
         raise typer.Exit(130)
+
+
+@app.command()
+def simulate(
+    model: Model = "paper",
+    excitation: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="TYPE@DOF:KEY=VALUE,…",
+            help="harmonic, stepped-sine, sweep, multisine, noise, impulse or record at a DoF, as "
+            "sweep@reducer.pinion.w:fmax=2000,amplitude=0.1; may be repeated (default: the model "
+            "file's, else a multisine at the first DoF).",
+        ),
+    ] = None,
+    response: Annotated[
+        list[str] | None,
+        typer.Option(help="DoFs to record (repeat, or separate by commas; default: all)."),
+    ] = None,
+    duration: Annotated[float | None, typer.Option(help="How long, s.")] = None,
+    speed: Annotated[float | None, typer.Option(help="Of the input, rpm.")] = None,
+    torque: Annotated[float | None, typer.Option(help="At the input, N m.")] = None,
+    levels: Annotated[
+        str | None,
+        typer.Option(metavar="1,10,…", help="FRF at these multiples of the excitation as well."),
+    ] = None,
+    reverse: Annotated[
+        bool,
+        typer.Option(
+            "--reverse/--once",
+            help="Run again with the forces reversed: FRFs without geometry's even-order share.",
+        ),
+    ] = True,
+    fmax: Annotated[float | None, typer.Option(help="End of the band of interest, Hz.")] = None,
+    sampling: Annotated[float | None, typer.Option(help="Sampling frequency kept, Hz.")] = None,
+    integrator: Annotated[str | None, typer.Option(help="RK44 or trapezoidal.")] = None,
+    step: Annotated[float | None, typer.Option(help="Its step, s.")] = None,
+    save: Annotated[
+        list[str] | None, typer.Option(help="Keep the record too: npz, csv or uff; repeatable.")
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Where simulation.html goes.")] = Path(
+        "crosscheck-simulation"
+    ),
+) -> None:
+    """Integrate in time: FRFs against FBS, or a gearbox at speed; goes on if stopped."""
+    from . import frf_output
+    from .simulation.command import Options, carry_out
+
+    options = Options(
+        model=model,
+        excitation=tuple(excitation or ()),
+        response=None if response is None else frf_output.labels("--response", response),
+        duration=duration,
+        fmax=fmax,
+        sampling=sampling,
+        integrator=integrator,
+        step=step,
+        speed=speed,
+        torque=torque,
+        levels=levels,
+        reverse=reverse,
+        out=out,
+        save=tuple(save or ()),
+    )
+    if not carry_out(options).agrees:
+        raise typer.Exit(1)
 
 
 @app.command()

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import csv
 import hashlib
+import os
 import shutil
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
 from zipfile import BadZipFile
@@ -15,14 +16,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import CommandError
+from .sweep_metrics import columns
 from .sweep_parameters import Design
 from .sweep_task import Outcome, Task
 
 FloatArray = NDArray[np.float64]
 Writer = Callable[[Path], None]
 
-PICTURES = ("frf_map.svg", "bands.svg", "frequencies.svg", "sensitivity.svg")
-FIELDS = ("status", "magnitude", "frequency_hz", "kind")
+PICTURES = ("frf_map.svg", "bands.svg", "frequencies.svg", "metrics.svg", "sensitivity.svg")
+FIELDS = tuple(field.name for field in fields(Outcome))
+MAGNITUDE = "magnitude.npy"  # of a streamed sweep
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,31 +65,26 @@ class Sweep:
         """(n_sample, n_parameter)."""
         return np.array(self.design.samples, dtype=float)
 
-    @cached_property
-    def level_db(self) -> FloatArray:
-        """(n_sample, n_frequency) dB re 1 m/N."""
-        with np.errstate(divide="ignore"):
-            return np.asarray(20.0 * np.log10(self.outcome.magnitude))
-
-    @cached_property
+    @property
     def metrics(self) -> dict[str, FloatArray]:
-        """Highest |H| of the band (dB re 1 m/N), where it is (Hz), and the rms of |H| (m/N)."""
-        if not self.has_frf:
-            return {}
-        magnitude = self.outcome.magnitude
-        highest = np.argmax(np.nan_to_num(magnitude, nan=-1.0), axis=1)
-        return {
-            "peak_db": self.level_db[np.arange(len(magnitude)), highest],
-            "peak_hz": np.where(self.outcome.ok, self.frequency[highest], np.nan),
-            "rms_m_per_n": np.sqrt(np.mean(magnitude**2, axis=1)),
-        }
+        """Column → (n_sample,) values."""
+        return dict(zip(columns(self.task.metrics), self.outcome.metrics.T, strict=True))
 
 
 # Writing
 
 
-def write_sweep(sweep: Sweep, directory: Path, pictures: Mapping[str, Writer]) -> tuple[Path, ...]:
+def write_sweep(
+    sweep: Sweep, directory: Path, pictures: Mapping[str, Writer], streamed: Path | None = None
+) -> tuple[Path, ...]:
     """Write table and pictures; a file of an earlier sweep is replaced whole or not at all.
+
+    Parameters
+    ----------
+    sweep, directory, pictures
+        What is written, and where.
+    streamed
+        The file |H| went to, which becomes ``magnitude.npy``; None: |H| is part of the npz.
 
     Raises
     ------
@@ -95,7 +93,7 @@ def write_sweep(sweep: Sweep, directory: Path, pictures: Mapping[str, Writer]) -
     """
     writers: dict[str, Writer] = {
         "sweep.csv": lambda path: _write_csv(sweep, path),
-        "sweep.npz": lambda path: _write_npz(sweep, path),
+        "sweep.npz": lambda path: _write_npz(sweep, path, with_magnitude=streamed is None),
         **pictures,
     }
     make_directory(directory)
@@ -105,14 +103,17 @@ def write_sweep(sweep: Sweep, directory: Path, pictures: Mapping[str, Writer]) -
             write(partials[name])
         for name, partial in partials.items():
             partial.replace(directory / name)
-        for name in set(PICTURES) - set(writers):  # of an earlier sweep
+        for name in {*PICTURES, MAGNITUDE} - set(writers):  # of an earlier sweep
             (directory / name).unlink(missing_ok=True)
+        if streamed is not None:
+            streamed.replace(directory / MAGNITUDE)
     except OSError as error:
         raise CommandError(f"--out = {directory}: cannot be written: {error.strerror}") from error
     finally:
         for partial in partials.values():
             partial.unlink(missing_ok=True)
-    return tuple(directory / name for name in writers)
+    names = (*writers, *((MAGNITUDE,) if streamed is not None else ()))
+    return tuple(directory / name for name in names)
 
 
 def make_directory(directory: Path) -> None:
@@ -150,7 +151,7 @@ def _number(value: float) -> object:
     return "" if np.isnan(value) else float(value)
 
 
-def _write_npz(sweep: Sweep, path: Path) -> None:
+def _write_npz(sweep: Sweep, path: Path, *, with_magnitude: bool) -> None:
     outcome = sweep.outcome
     arrays: dict[str, NDArray[np.generic]] = {
         "parameters": np.array(sweep.design.paths),
@@ -162,9 +163,10 @@ def _write_npz(sweep: Sweep, path: Path) -> None:
     }
     if sweep.has_frf:
         arrays["frequency"] = sweep.frequency
-        arrays["magnitude"] = outcome.magnitude
         arrays["response"] = np.array(sweep.task.response)
         arrays["excitation"] = np.array(sweep.task.excitation)
+        if with_magnitude:
+            arrays["magnitude"] = outcome.magnitude
     with path.open("wb") as file:
         np.savez(file, allow_pickle=False, **arrays)
 
@@ -174,15 +176,66 @@ def _write_npz(sweep: Sweep, path: Path) -> None:
 
 @dataclass(frozen=True)
 class Pieces:
-    """Finished pieces of one sweep, as files in a directory of its own."""
+    """Finished pieces of one sweep, as files in a directory of its own.
+
+    Attributes
+    ----------
+    directory
+        Where they are.
+    streamed
+        Whether |H| of all pieces is one file beside them.
+    """
 
     directory: Path
+    streamed: bool = False
 
     @classmethod
-    def of(cls, task: Task, samples: Sequence[tuple[float, ...]], out: Path) -> Pieces:
+    def of(
+        cls,
+        task: Task,
+        samples: Sequence[tuple[float, ...]],
+        out: Path,
+        *,
+        streamed: bool = False,
+    ) -> Pieces:
         """The pieces of this very task and samples; those of another are not touched."""
-        digest = hashlib.sha256(repr((task, tuple(samples))).encode()).hexdigest()
-        return cls(out / f".sweep-{digest[:16]}")
+        digest = hashlib.sha256(repr((task, tuple(samples), streamed)).encode()).hexdigest()
+        return cls(out / f".sweep-{digest[:16]}", streamed)
+
+    @property
+    def magnitude_file(self) -> Path:
+        """Where a streamed sweep's |H| is."""
+        return self.directory / MAGNITUDE
+
+    def magnitude(self, shape: tuple[int, int]) -> FloatArray:
+        """The streamed |H| of all samples, as a file in memory; with what finished pieces left.
+
+        Raises
+        ------
+        CommandError
+            There is no room for it.
+        """
+        make_directory(self.directory)
+        if self.magnitude_file.exists():
+            rows: FloatArray = np.load(self.magnitude_file, mmap_mode="r+")
+            return rows
+        partial = self.directory / f".{MAGNITUDE}.partial"
+        try:
+            rows = np.lib.format.open_memmap(partial, "w+", dtype=float, shape=shape)
+            if hasattr(os, "posix_fallocate"):  # a disk that fills up later would kill us
+                with partial.open("r+b") as file:
+                    os.posix_fallocate(file.fileno(), 0, partial.stat().st_size)
+            for path in self.directory.glob("*.npz"):  # whose |H| is gone
+                path.unlink()
+            partial.replace(self.magnitude_file)
+        except OSError as error:
+            partial.unlink(missing_ok=True)
+            raise CommandError(
+                f"--stream: {8e-9 * shape[0] * shape[1]:.1f} GB in {self.directory.parent}: "
+                f"{error.strerror}; give another --out, a larger --df, a narrower band or fewer "
+                "samples"
+            ) from error
+        return rows
 
     def load(self, key: str) -> Outcome | None:
         """The piece of that key; None if it is not there, or not whole."""
@@ -195,6 +248,8 @@ class Pieces:
     def save(self, key: str, outcome: Outcome) -> None:
         """Keep a piece, whole or not at all."""
         make_directory(self.directory)
+        if self.streamed:
+            outcome = replace(outcome, magnitude=np.empty((0, 0)))
         partial = self.directory / f".{key}.partial"
         try:
             with partial.open("wb") as file:

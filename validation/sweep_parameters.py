@@ -11,6 +11,7 @@ from itertools import product
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from mbs_models.parameters import Drivetrain
@@ -19,20 +20,42 @@ from .errors import CommandError
 
 Step = str | int
 Values = tuple[float, ...]
+FloatArray = NDArray[np.float64]
 
 DEFAULT_SAMPLES = 200
 MOST_SAMPLES = 1_000_000
-FORMS = "a:b:N, a:b:Nlog, v1,v2,v3 or v±p%"
+FORMS = "from:to:N, from:to:Nlog, v1,v2,v3, v±p% (uniform) or v~s% (normal)"
+SAMPLINGS = ("lhs", "random")
 TABLES = {"stage": "stages", "inertia": "inertias", "coupling": "couplings"}
 
 
 @dataclass(frozen=True)
+class Tolerance:
+    """How a parameter is distributed: uniform within ``spread``, or normal with that deviation.
+
+    A normal distribution is not truncated: what the model refuses is a sample that fails.
+    """
+
+    centre: float
+    spread: float
+    normal: bool
+
+    def quantile(self, probability: FloatArray) -> FloatArray:
+        """Values below which a share of the parameter's values lie."""
+        if not self.normal:
+            return self.centre + self.spread * (2.0 * probability - 1.0)
+        from scipy.special import ndtri  # takes its time to load
+
+        return np.asarray(self.centre + self.spread * ndtri(probability))
+
+
+@dataclass(frozen=True)
 class Variation:
-    """One varied parameter: the values of a grid, or the limits of a tolerance to sample."""
+    """One varied parameter: the values of a grid, or a tolerance to sample."""
 
     path: str
     values: Values = ()
-    limits: tuple[float, float] | None = None
+    tolerance: Tolerance | None = None
 
 
 @dataclass(frozen=True)
@@ -55,12 +78,16 @@ class Design:
 
 
 def design(
-    drivetrain: Drivetrain, given: Sequence[str], samples: int | None = None, seed: int = 0
+    drivetrain: Drivetrain,
+    given: Sequence[str],
+    samples: int | None = None,
+    seed: int = 0,
+    sampling: str | None = None,
 ) -> Design:
     """The samples that ``PATH=SPEC`` options describe: a full grid of the values given.
 
-    Parameters with a tolerance are drawn together from a Latin hypercube; beside a grid, the same
-    draws are made at every point of it.
+    Parameters with a tolerance are drawn together, from a Latin hypercube (``sampling`` lhs, the
+    default) or each by itself (random); beside a grid, the same draws are made at every point.
 
     Raises
     ------
@@ -74,11 +101,15 @@ def design(
     for path in paths:
         if paths.count(path) > 1:
             raise CommandError(f"--vary {path}: is given {paths.count(path)} times")
-    grid = [v for v in variations if v.limits is None]
-    drawn = [v for v in variations if v.limits is not None]
-    if samples is not None and not drawn:
-        raise CommandError(f"--samples = {samples}: needs a --vary with a tolerance (v±p%)")
-    draws = _latin_hypercube(drawn, DEFAULT_SAMPLES if samples is None else samples, seed)
+    grid = [v for v in variations if v.tolerance is None]
+    drawn = [v for v in variations if v.tolerance is not None]
+    for option, value in (("--samples", samples), ("--sampling", sampling)):
+        if value is not None and not drawn:
+            raise CommandError(
+                f"{option} = {value}: needs a --vary with a tolerance (v±p% or v~s%)"
+            )
+    tolerances = [v.tolerance for v in drawn if v.tolerance is not None]
+    draws = _draws(tolerances, DEFAULT_SAMPLES if samples is None else samples, seed, sampling)
     total = math.prod(len(v.values) for v in grid) * len(draws)
     if total > MOST_SAMPLES:
         raise CommandError(f"--vary: {total} samples; at most {MOST_SAMPLES} are possible")
@@ -89,18 +120,32 @@ def design(
     )
 
 
-def _latin_hypercube(drawn: Sequence[Variation], samples: int, seed: int) -> list[Values]:
-    if not drawn:
+def _draws(
+    tolerances: Sequence[Tolerance], samples: int, seed: int, sampling: str | None
+) -> list[Values]:
+    if not tolerances:
         return [()]
     if not 1 <= samples <= MOST_SAMPLES:
         raise CommandError(f"--samples = {samples}: must be from 1 to {MOST_SAMPLES}")
     if seed < 0:
         raise CommandError(f"--seed = {seed}: must be a whole number, at least 0")
+    if sampling not in (None, *SAMPLINGS):
+        raise CommandError(f"--sampling = {sampling!r}: must be {' or '.join(SAMPLINGS)}")
+    draw = _independent if sampling == "random" else _latin_hypercube
+    shares = draw(samples, len(tolerances), np.random.default_rng(seed))
+    values = [t.quantile(column) for t, column in zip(tolerances, shares.T, strict=True)]
+    return [tuple(map(float, row)) for row in zip(*values, strict=True)]
+
+
+def _independent(samples: int, n: int, rng: np.random.Generator) -> FloatArray:
+    return rng.random((samples, n))
+
+
+def _latin_hypercube(samples: int, n: int, rng: np.random.Generator) -> FloatArray:
+    """Every 1/samples of each parameter's probability is drawn from once."""
     from scipy.stats import qmc  # takes its time to load
 
-    sampler = qmc.LatinHypercube(len(drawn), seed=np.random.default_rng(seed))
-    low, high = (np.array([v.limits[side] for v in drawn if v.limits]) for side in (0, 1))
-    return [tuple(map(float, row)) for row in low + (high - low) * sampler.random(samples)]
+    return np.asarray(qmc.LatinHypercube(n, seed=rng).random(samples))
 
 
 def variation(drivetrain: Drivetrain, text: str) -> Variation:
@@ -121,7 +166,7 @@ def variation(drivetrain: Drivetrain, text: str) -> Variation:
         )
     nominal = known[path]
     if "%" in spec:
-        return Variation(path, limits=_tolerance(path, spec, nominal))
+        return Variation(path, tolerance=_tolerance(path, spec, nominal))
     values = _range(path, spec) if ":" in spec else _list(path, spec)
     if isinstance(nominal, int):
         values = tuple(int(v) if v.is_integer() else v for v in values)
@@ -136,21 +181,22 @@ def _near(path: str, known: Mapping[str, object]) -> str:
     return f"it has the tables {', '.join(tables)}"
 
 
-def _tolerance(path: str, spec: str, nominal: object) -> tuple[float, float]:
-    match = re.fullmatch(r"(.*?)(?:±|\+-|\+/-)(.*)%", spec)
+def _tolerance(path: str, spec: str, nominal: object) -> Tolerance:
+    match = re.fullmatch(r"(.*?)(±|\+-|\+/-|~)(.*)%", spec)
     if match is None:
         raise _unreadable(path, spec)
     if isinstance(nominal, int):
         raise CommandError(f"--vary {path}={spec}: a whole number has no tolerance; give v1,v2,v3")
     own = nominal if isinstance(nominal, float) else math.nan
     centre = _number(path, match[1], spec) if match[1].strip() else float(own)
-    percent = _number(path, match[2], spec)
+    percent = _number(path, match[3], spec)
     if not percent > 0.0:
         raise CommandError(f"--vary {path}={spec}: the tolerance must be greater than 0 %")
     if not math.isfinite(centre):
         raise CommandError(f"--vary {path}={spec}: the model's value is no number; give one")
-    half = abs(centre) * percent / 100.0
-    return centre - half, centre + half
+    if centre == 0.0:
+        raise CommandError(f"--vary {path}={spec}: a percentage of 0 is 0; give another value")
+    return Tolerance(centre, abs(centre) * percent / 100.0, normal=match[2] == "~")
 
 
 def _range(path: str, spec: str) -> Values:

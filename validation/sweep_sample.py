@@ -1,4 +1,4 @@
-"""One sample of a sweep after the other, computed from what the last ones left.
+"""The samples of a sweep, computed from what those before them left.
 
 A varied coupling spring costs one interface solve: H = H₀ − H₀ b (bᵀH₀b + 1/z)⁻¹ bᵀH₀ couples a
 joint z = (k − k₀)(1 + jωβ) across the spring, whose deflection is bᵀq, to FRFs H₀ computed with
@@ -9,24 +9,29 @@ itself is coupled from the FRFs of the parts, each computed anew only if somethi
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+import threading
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import partial
+from itertools import groupby
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fbs import Frf, SecondOrderSystem, couple, direct_frf, real_modes
+from fbs import Frf, RealModes, SecondOrderSystem, couple, direct_frf, real_modes
 from fbs.errors import FbsError, SingularLineError, unknown_dof
 from mbs_models.errors import ModelError
-from mbs_models.mode_kinds import StageStiffness, classify
+from mbs_models.mode_kinds import StageStiffness, classify, mode_groups
 from mbs_models.parameters import Coupling, Drivetrain
 from mbs_models.placement import facings, turning
 
 from .errors import CommandError
+from .executors import one_blas_thread
 from .modes import damped_modes
 from .routes import EQUATIONS, Source, coupling_joints, exudyn_source
+from .sweep_interface import Interface
+from .sweep_metrics import Findings, FoundModes
 from .sweep_parameters import Step, Values, changed, steps_to
 from .sweep_task import Outcome, Task, base_values, blank
 
@@ -34,34 +39,65 @@ FloatArray = NDArray[np.float64]
 T = TypeVar("T")
 
 BASES, PARTS = 2, 24  # FRFs remembered: samples come sorted by what they share
+FAILURES = (CommandError, ModelError, FbsError)
+INFINITE = "the FRF is infinite: a line lies on an undamped pole"
 
 
 def evaluate(task: Task, samples: Sequence[Values]) -> Outcome:
-    """Compute some samples here; one that fails says why in its status."""
+    """Compute some samples here; one that fails says why in its status.
+
+    The same bits come out whoever computes, since matrices this small are left to one thread.
+    """
     bench, outcome = _bench(task), blank(task, len(samples))
     status = list(outcome.status)
-    for i, values in enumerate(samples):
-        try:
-            sample = bench.sample(values)
-            if task.n_modes:
-                found, kinds = bench.modes(sample)
-                n = min(task.n_modes, len(found))
-                outcome.frequency_hz[i, :n], outcome.kind[i, :n] = found[:n], kinds[:n]
-            if task.response:
-                np.abs(bench.frf(sample), out=outcome.magnitude[i])
-        except (CommandError, ModelError, FbsError) as error:
-            status[i] = " ".join(str(error).split())
-            outcome.frequency_hz[i], outcome.kind[i] = np.nan, ""
-    return replace(outcome, status=np.array(status))
+    modes: list[FoundModes] = [(np.zeros(0), ())] * len(samples)
+    with one_blas_thread():
+        for rows in _alike(task, samples):
+            try:
+                base = bench.base(samples[rows.start])
+                stiffer = bench.stiffer(samples[rows.start : rows.stop])
+                if task.response:
+                    bench.magnitude(base, stiffer, outcome.magnitude[rows.start : rows.stop])
+            except FAILURES as error:
+                status[rows.start : rows.stop] = [_in_one_line(error)] * len(rows)
+                continue
+            for i, more in zip(rows, stiffer if task.modes_needed else (), strict=False):
+                try:
+                    modes[i] = bench.modes(base, tuple(more))
+                except FAILURES as error:
+                    status[i] = _in_one_line(error)
+        for row in np.flatnonzero(~np.isfinite(outcome.magnitude).all(axis=1)):
+            status[row] = INFINITE if status[row] == "ok" else status[row]
+        outcome = replace(outcome, status=np.array(status))
+        _fill(bench, outcome, modes)
+    return outcome
 
 
-@dataclass(frozen=True, eq=False)
-class Sample:
-    """A sample's drivetrain, its base, and how much stiffer each varied spring is there (N/m)."""
+def _in_one_line(error: Exception) -> str:
+    return " ".join(str(error).split())
 
-    drivetrain: Drivetrain
-    base: Base
-    stiffer: Values
+
+def _alike(task: Task, samples: Sequence[Values]) -> Iterator[range]:
+    """Stretches of samples that differ in coupling springs only."""
+    start = 0
+    for _, group in groupby(samples, key=lambda values: base_values(task, values)):
+        stop = start + len(list(group))
+        yield range(start, stop)
+        start = stop
+
+
+def _fill(bench: Bench, outcome: Outcome, modes: Sequence[FoundModes]) -> None:
+    """Fill in what is found of the samples that are ok, and NaN for the others."""
+    task, ok = bench.task, np.flatnonzero(outcome.ok).tolist()
+    for i in ok:
+        frequencies, kinds = modes[i]
+        n = min(task.n_modes, len(frequencies))
+        outcome.frequency_hz[i, :n], outcome.kind[i, :n] = frequencies[:n], kinds[:n]
+    if ok and task.metrics:
+        magnitude = outcome.magnitude if len(ok) == len(modes) else outcome.magnitude[ok]
+        found = Findings(bench.frequency, magnitude, [modes[i] for i in ok], bench.nominal)
+        outcome.metrics[ok] = np.hstack([metric.values(found) for metric in task.metrics])
+    outcome.magnitude[~outcome.ok] = np.nan
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,55 +128,59 @@ class Bench:
         self.task = task
         self.data: dict[str, Any] = json.loads(task.model)
         self.places = [steps_to(self.data, path) for path in task.paths]
+        self.varied = [k for k, anchor in enumerate(task.anchors) if anchor is not None]
         self.source: Source = EQUATIONS if task.route == "equations" else exudyn_source()
         self.frequency = task.band.frequency()
         self._bases: dict[Values, Base] = {}
-        self._frfs: dict[Base, NDArray[Any]] = {}
+        self._interfaces: dict[Base, Interface] = {}
         self._parts: dict[tuple[str, ...], Frf | None] = {}
         self._systems: dict[Base, SecondOrderSystem] = {}
-        self._stiffness: dict[Base, dict[str, StageStiffness]] = {}
+        self._stiffness: dict[tuple[str, ...], StageStiffness] = {}
+        self._nominal: dict[float, float] = {}
 
-    def sample(self, values: Values) -> Sample:
-        """Validate a sample and find its base."""
-        drivetrain = self._drivetrain(values)
+    def base(self, values: Values) -> Base:
+        """Validate a sample, and find its base.
+
+        Its springs are as valid as the base's: a stiffness greater than 0 breaks no rule that
+        another one keeps, and any other is its own reference.
+        """
         shared = base_values(self.task, values)
-        base = _remembered(self._bases, shared, lambda: self._base(shared), BASES)
-        stiffer = tuple(
-            value - of_base
-            for value, of_base, anchor in zip(values, shared, self.task.anchors, strict=True)
-            if anchor is not None
-        )
-        return Sample(drivetrain, base, stiffer)
+        return _remembered(self._bases, shared, lambda: self._base(shared), BASES)
+
+    def _base(self, values: Values) -> Base:
+        drivetrain = self._drivetrain(values)
+        varied = [self.task.paths[k].split(".") for k in self.varied]
+        return Base(drivetrain, tuple(spring_deflection(drivetrain, *path) for path in varied))
 
     def _drivetrain(self, values: Values) -> Drivetrain:
         given: dict[tuple[Step, ...], float] = dict(zip(self.places, values, strict=True))
         return changed(self.data, given)
 
-    def _base(self, values: Values) -> Base:
-        drivetrain = self._drivetrain(values)
-        paths = zip(self.task.paths, self.task.anchors, strict=True)
-        varied = [path.split(".") for path, anchor in paths if anchor is not None]
-        return Base(drivetrain, tuple(spring_deflection(drivetrain, *path) for path in varied))
+    def stiffer(self, samples: Sequence[Values]) -> FloatArray:
+        """(n_sample, m) how much stiffer each varied spring is than in the base (N/m)."""
+        rows = [
+            [values[k] - shared[k] for k in self.varied]
+            for values, shared in ((v, base_values(self.task, v)) for v in samples)
+        ]
+        return np.array(rows, dtype=float).reshape(len(samples), len(self.varied))
 
-    def frf(self, sample: Sample) -> NDArray[Any]:
-        """H of the FRF asked for: the sample's springs joined to the base, one after the other."""
-        base = sample.base
-        h = _remembered(self._frfs, base, lambda: self._base_frf(base), BASES)
-        omega = 2.0 * np.pi * self.frequency
-        for k in reversed(range(len(sample.stiffer))):
-            z: Any = sample.stiffer[k]
-            if base.beta:
-                z = z * (1.0 + 1j * omega * base.beta)
-            # the last row and column are this spring's; they are not needed any more
-            flexibility = z / (1.0 + z * h[-1, -1])
-            h = h[:-1, :-1] - h[:-1, -1:] * (flexibility * h[-1:, :-1])
-        values: NDArray[Any] = h[0, 0]
-        if not np.isfinite(values).all():
-            raise FbsError("the FRF is infinite: a line lies on an undamped pole")
-        return values
+    def magnitude(self, base: Base, stiffer: FloatArray, out: FloatArray) -> None:
+        """|H| of the FRF asked for, (n_sample, n_frequency), with springs joined to the base."""
+        interface = _remembered(self._interfaces, base, lambda: self._interface(base), BASES)
+        interface.magnitude(stiffer, out)
 
-    def _base_frf(self, base: Base) -> NDArray[Any]:
-        """(1 + m, 1 + m, n_frequency): response and deflections, excitation and spring forces."""
+    def nominal(self, line: float) -> float:
+        """|H| of the model as it is at one line (Hz)."""
+        return _remembered(self._nominal, line, lambda: self._nominal_at(line), len(self.frequency))
+
+    def _nominal_at(self, line: float) -> float:
+        assert self.task.response is not None
+        assert self.task.excitation is not None
+        system = self.source.whole(changed(self.data, {}))
+        frf = direct_frf(system, [line], [self.task.response], [self.task.excitation])
+        return float(np.abs(frf.values[0, 0, 0]))
+
+    def _interface(self, base: Base) -> Interface:
         assert self.task.response is not None
         assert self.task.excitation is not None
         left = ({self.task.response: 1.0}, *base.springs)
@@ -148,7 +188,8 @@ class Bench:
         frf = self._between(base, {label for row in (*left, *right) for label in row})
         rows, columns = _coefficients(left, frf.responses), _coefficients(right, frf.excitations)
         h = np.einsum("ia,fab,jb->ijf", rows, frf.values, columns)
-        return np.ascontiguousarray(h if h.imag.any() else h.real)
+        loss = 2.0 * np.pi * self.frequency * base.beta if base.beta else None
+        return Interface.of(np.ascontiguousarray(h if h.imag.any() else h.real), loss)
 
     def _between(self, base: Base, labels: set[str]) -> Frf:
         """FRFs between some DoFs of a base, coupled from its parts; or of the whole.
@@ -184,37 +225,78 @@ class Bench:
             self._parts, (*part_key(drivetrain, name), *sorted(labels)), solve, PARTS
         )
 
-    def modes(self, sample: Sample) -> tuple[FloatArray, tuple[str, ...]]:
-        """Natural frequencies (Hz, ascending) and kinds of all modes."""
-        base = sample.base
+    def modes(self, base: Base, stiffer: Values) -> FoundModes:
+        """Natural frequencies (Hz, ascending) and kinds of the modes needed, or some more."""
         system = stiffened(
             _remembered(self._systems, base, lambda: self.source.whole(base.drivetrain), BASES),
             base,
-            sample.stiffer,
+            stiffer,
         )
-        alone = _remembered(self._stiffness, base, lambda: self._alone(base.drivetrain), BASES)
         modes = real_modes(system)
         frequencies, _ = damped_modes(system, modes)
+        needed = self._needed(modes)
         at, factors = system.locate()
         kinds, _ = classify(
-            sample.drivetrain,
+            self._stiffened_drivetrain(base, stiffer),
             system.labels,
-            modes.natural_frequencies,
-            factors[:, None] * modes.shapes[at],
+            modes.natural_frequencies[:needed],
+            factors[:, None] * modes.shapes[at, :needed],
             modes.n_rigid,
-            alone,
+            self._alone(base.drivetrain),
         )
-        return frequencies, tuple(str(kind) for kind, _ in kinds)
+        return frequencies[:needed], tuple(str(kind) for kind, _ in kinds)
+
+    def _needed(self, modes: RealModes) -> int:
+        """How many modes to classify: repeated ones are told apart together."""
+        groups = mode_groups(modes.natural_frequencies, modes.n_rigid)
+        ends = (group[-1] + 1 for group in groups)
+        everything = len(modes.natural_frequencies)
+        if self.task.modes_needed <= modes.n_rigid:
+            return modes.n_rigid
+        return next((end for end in ends if end >= self.task.modes_needed), everything)
+
+    def _stiffened_drivetrain(self, base: Base, stiffer: Values) -> Drivetrain:
+        couplings = {coupling.name: coupling for coupling in base.drivetrain.couplings}
+        for k, more in zip(self.varied, stiffer, strict=True):
+            name, key = self.task.paths[k].split(".")
+            stiffness = getattr(couplings[name], key) + more
+            couplings[name] = couplings[name].model_copy(update={key: stiffness})
+        return base.drivetrain.model_copy(update={"couplings": tuple(couplings.values())})
 
     def _alone(self, drivetrain: Drivetrain) -> dict[str, StageStiffness]:
+        """Stiffness of each part without couplings, computed anew only if the part changes."""
         bare = drivetrain.model_copy(update={"couplings": ()})
-        systems = {part.name: self.source.stage(bare, part.name) for part in bare.parts}
-        return {name: StageStiffness(s.dofs, s.stiffness) for name, s in systems.items()}
+
+        def solve(name: str) -> StageStiffness:
+            system = self.source.stage(bare, name)
+            return StageStiffness(system.dofs, system.stiffness)
+
+        return {
+            part.name: _remembered(
+                self._stiffness, part_key(bare, part.name), partial(solve, part.name), PARTS
+            )
+            for part in bare.parts
+        }
 
 
-@lru_cache(maxsize=1)
+class _Benches(threading.local):
+    """The last task's bench, one for every thread that computes."""
+
+    bench: Bench | None = None
+
+
+_OWN = _Benches()
+
+
+def forget() -> None:
+    """Forget what this thread has computed of the last task."""
+    _OWN.bench = None
+
+
 def _bench(task: Task) -> Bench:
-    return Bench(task)
+    if _OWN.bench is None or _OWN.bench.task != task:
+        _OWN.bench = Bench(task)
+    return _OWN.bench
 
 
 def _remembered(cache: dict[Any, T], key: object, make: Callable[[], T], most: int) -> T:

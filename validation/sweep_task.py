@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .results import Band
+from .sweep_metrics import Metric, ModeMetric, columns
 from .sweep_parameters import Values
 
 FloatArray = NDArray[np.float64]
@@ -35,6 +37,8 @@ class Task:
         How many natural frequencies.
     route
         Where M, C, K come from: exudyn or equations.
+    metrics
+        Scalars computed of every sample.
     """
 
     model: str
@@ -45,6 +49,18 @@ class Task:
     excitation: str | None = None
     n_modes: int = 10
     route: str = "exudyn"
+    metrics: tuple[Metric, ...] = ()
+
+    @property
+    def n_lines(self) -> int:
+        """Lines of the FRF; 0 if none is asked for."""
+        return len(self.band.frequency()) if self.response else 0
+
+    @property
+    def modes_needed(self) -> float:
+        """How many of the first modes matter: inf if those of a kind are counted."""
+        asked = [metric for metric in self.metrics if isinstance(metric, ModeMetric)]
+        return max(self.n_modes, *(math.inf if m.kind else m.number for m in asked), 0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,12 +75,15 @@ class Outcome:
         (n, n_frequency) |H| (m/N).
     frequency_hz, kind
         (n, n_modes) natural frequencies and kinds of modes.
+    metrics
+        (n, n_column) values of the task's metrics.
     """
 
     status: NDArray[np.str_]
     magnitude: FloatArray
     frequency_hz: FloatArray
     kind: NDArray[np.str_]
+    metrics: FloatArray
 
     @property
     def ok(self) -> NDArray[np.bool_]:
@@ -72,15 +91,30 @@ class Outcome:
         return np.asarray(self.status == "ok")
 
 
-def blank(task: Task, n_samples: int) -> Outcome:
-    """Room for the results of some samples, all of them yet to come."""
-    n_lines = len(task.band.frequency()) if task.response else 0
+def blank(task: Task, n_samples: int, magnitude: FloatArray | None = None) -> Outcome:
+    """Room for the results of some samples; |H| goes to fresh memory, or where it is told to."""
+    if magnitude is None:
+        magnitude = np.empty((n_samples, task.n_lines))
     return Outcome(
         np.full(n_samples, "ok"),
-        np.full((n_samples, n_lines), np.nan),
+        magnitude,
         np.full((n_samples, task.n_modes), np.nan),
         np.full((n_samples, task.n_modes), "", dtype="U24"),
+        np.full((n_samples, len(columns(task.metrics))), np.nan),
     )
+
+
+def failed(task: Task, n_samples: int, why: str) -> Outcome:
+    """Samples that all failed, and why."""
+    outcome = blank(task, n_samples)
+    outcome.magnitude.fill(np.nan)
+    return replace(outcome, status=np.full(n_samples, why))
+
+
+def joined(outcomes: Sequence[Outcome]) -> Outcome:
+    """Outcomes of some samples, one after the other."""
+    names = [field.name for field in fields(Outcome)]
+    return Outcome(*(np.concatenate([getattr(o, name) for o in outcomes]) for name in names))
 
 
 def reference(anchor: float, stiffness: float) -> float:

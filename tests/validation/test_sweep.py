@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import csv
+import os
+from collections.abc import Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,21 +14,19 @@ from mbs_models.model_file import load
 from mbs_models.modes import drivetrain_modes
 from mbs_models.parameters import Drivetrain
 from validation import sweep_sample
-from validation.cli import main
 from validation.errors import CommandError
+from validation.executors import Workers, process_pool
 from validation.results import Band
 from validation.routes import EQUATIONS, exudyn_source
-from validation.sweep import process_pool, sweep, task
-from validation.sweep_figures import log_slope, sensitivities, spearman
-from validation.sweep_output import Pieces, Sweep
-from validation.sweep_parameters import Design, changed, design, model_data, steps_to
+from validation.sweep import sweep, task
+from validation.sweep_output import FIELDS, Pieces
+from validation.sweep_parameters import Design, Values, changed, design, model_data, steps_to
 from validation.sweep_sample import Bench, evaluate, part_key, spring_deflection
 from validation.sweep_task import Outcome, Task, base_values, reference
 
 PAIR = ("planetary.sun.w", "reducer.pinion.w")
 SPRING = "coupling.second_stiffness"
 BAND = Band(5.0, 3000.0, 5.0)
-FIELDS = ("status", "magnitude", "frequency_hz", "kind")
 
 
 @pytest.fixture(scope="module")
@@ -48,96 +46,6 @@ def with_value(drivetrain: Drivetrain, path: str, value: float) -> Drivetrain:
 def assert_same(one: Outcome, other: Outcome) -> None:
     for name in FIELDS:
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
-
-
-# What is varied
-
-
-@pytest.mark.parametrize(
-    ("spec", "expected"),
-    [
-        ("1:3:3", (1.0, 2.0, 3.0)),
-        ("1e5:1e7:3log", (1e5, 1e6, 1e7)),
-        ("4,2.5", (4.0, 2.5)),
-    ],
-)
-def test_values(paper, spec, expected):
-    found = design(paper, [f"{SPRING}={spec}"])
-    np.testing.assert_allclose([s[0] for s in found.samples], expected, rtol=1e-14)
-    assert not found.sampled
-
-
-def test_whole_numbers_stay_whole(paper):
-    found = design(paper, ["planetary.planets=3:5:3"])
-    assert [type(value) for (value,) in found.samples] == [int, int, int]
-
-
-def test_several_parameters_are_a_grid(paper):
-    found = design(paper, ["planetary.planets=3,4", f"{SPRING}=1,2,3"])
-    assert found.samples == ((3, 1.0), (3, 2.0), (3, 3.0), (4, 1.0), (4, 2.0), (4, 3.0))
-
-
-@pytest.mark.parametrize("sign", ["±", "+-"])
-def test_tolerances_are_a_latin_hypercube(paper, sign):
-    options = [f"planetary.sun_mesh_stiffness=5e8{sign}10%", f"reducer.pinion.mass={sign}5%"]
-    found = design(paper, options, samples=50, seed=3)
-    assert found.sampled
-    assert found == design(paper, options, samples=50, seed=3)
-    assert found != design(paper, options, samples=50, seed=4)
-    values = np.array(found.samples)
-    for column, centre, half in ((0, 5e8, 5e7), (1, 2.0, 0.1)):
-        strata = np.floor((values[:, column] - centre + half) / (2 * half) * 50)
-        np.testing.assert_array_equal(np.sort(strata), np.arange(50))
-
-
-def test_tolerances_beside_a_grid_are_drawn_alike_at_each_point(paper):
-    options = ["reducer.pinion.mass=±5%", "planetary.planets=3,4"]
-    found = np.array(design(paper, options, samples=7).samples)
-    assert found.shape == (14, 2)
-    np.testing.assert_array_equal(found[:7, 0], found[7:, 0])
-    np.testing.assert_array_equal(found[:, 1], np.repeat([3, 4], 7))
-
-
-@pytest.mark.parametrize(
-    ("option", "said"),
-    [
-        ("coupling.second_stifness=1,2", "did you mean coupling.second_stiffness"),
-        ("reducr.pinion.mass=1,2", "did you mean reducer.pinion.mass"),
-        ("nothing=1", "tables damping, reducer, planetary, coupling"),
-        ("reducer.name=1", "no such number"),
-        (SPRING, "must be PATH=SPEC"),
-        (f"{SPRING}=a,b", "cannot be read"),
-        (f"{SPRING}=", "cannot be read"),
-        (f"{SPRING}=1:2", "cannot be read"),
-        (f"{SPRING}=1:2:3lin", "cannot be read"),
-        (f"{SPRING}=1:2:1", "must be from 2"),
-        (f"{SPRING}=0:2:5log", "greater than 0"),
-        (f"{SPRING}=1,inf", "not finite"),
-        (f"{SPRING}=1±x%", "cannot be read"),
-        (f"{SPRING}=1±0%", "greater than 0 %"),
-        ("planetary.planets=4±10%", "whole number has no tolerance"),
-        (f"{SPRING}=1:2:2000000", "at most 1000000|must be from 2 to 1000000"),
-    ],
-)
-def test_wrong_options_say_what_is_right(paper, option, said):
-    with pytest.raises(CommandError, match=said):
-        design(paper, [option])
-
-
-def test_options_that_do_not_fit_together(paper):
-    with pytest.raises(CommandError, match="--vary is missing"):
-        design(paper, [])
-    with pytest.raises(CommandError, match="given 2 times"):
-        design(paper, [f"{SPRING}=1,2", f"{SPRING}=3"])
-    with pytest.raises(CommandError, match="--samples = 5: needs"):
-        design(paper, [f"{SPRING}=1,2"], samples=5)
-    with pytest.raises(CommandError, match="--samples = 0"):
-        design(paper, [f"{SPRING}=±5%"], samples=0)
-
-
-def test_a_key_left_to_its_default_can_be_varied(paper):
-    assert damped(paper).damping.stiffness_proportional == 2e-6
-    assert with_value(paper, "reducer.pressure_angle", 22.0).stage("reducer").pressure_angle == 22.0
 
 
 # What is computed
@@ -251,8 +159,9 @@ def test_parts_are_computed_only_if_something_in_them_changes(paper, monkeypatch
     found = design(paper, options)
     todo = task(paper, found, BAND, PAIR, 0, "equations")
     bench = Bench(todo)
+    room = np.empty((1, todo.n_lines))
     for values in sorted(found.samples, key=lambda v: base_values(todo, v)):
-        bench.frf(bench.sample(values))
+        bench.magnitude(bench.base(values), bench.stiffer([values]), room)
     assert sorted(solved) == ["planetary"] * 4 + ["reducer"]
 
 
@@ -294,15 +203,15 @@ def test_a_failing_sample_is_told_and_the_others_go_on(serial):
 
 def test_processes_give_the_same_bits(paper, serial):
     todo, found = small(paper)
-    with process_pool(2) as executor:
-        assert executor is not None
-        assert_same(serial, sweep(todo, found.samples, executor))
+    with process_pool(2) as workers:
+        assert workers.count == 2
+        assert_same(serial, sweep(todo, found.samples, workers))
 
 
 def test_threads_give_the_same_bits(paper, serial):
     todo, found = small(paper)
-    with ThreadPoolExecutor(1) as executor:
-        assert_same(serial, sweep(todo, found.samples, executor))
+    with ThreadPoolExecutor(4) as executor:
+        assert_same(serial, sweep(todo, found.samples, Workers(executor)))
 
 
 def test_order_does_not_matter(paper, serial):
@@ -333,7 +242,90 @@ class Crashing(Executor):
 
 def test_samples_of_a_dead_worker_are_redone(paper, serial):
     todo, found = small(paper)
-    assert_same(serial, sweep(todo, found.samples, Crashing()))
+    assert_same(serial, sweep(todo, found.samples, Workers(Crashing())))
+
+
+def deadly(task: Task, samples: Sequence[Values]) -> Outcome:
+    """As `evaluate`, but the process dies of the eighth stiffness (counted from 0: 7)."""
+    if any(values[0] > 9e6 and values[1] == 4 for values in samples):
+        os._exit(1)
+    return evaluate(task, samples)
+
+
+@pytest.mark.slow
+def test_a_sample_that_kills_its_process_fails_and_the_others_go_on(paper, serial, monkeypatch):
+    monkeypatch.setattr("validation.sweep.evaluate", deadly)
+    todo, found = small(paper)
+    told: list[str] = []
+    with process_pool(2) as workers:
+        outcome = sweep(todo, found.samples, workers, warn=told.append)
+    assert len(told) == 1
+    assert "lost with their workers and are computed again: BrokenProcessPool" in told[0]
+    killer = found.samples.index((pytest.approx(1e7), 4))
+    assert outcome.status[killer] == "the process that computed it died"
+    assert np.isnan(outcome.magnitude[killer]).all()
+    others = np.arange(len(found.samples)) != killer
+    for name in FIELDS:
+        np.testing.assert_array_equal(getattr(outcome, name)[others], getattr(serial, name)[others])
+
+
+def test_what_is_wrong_with_the_program_is_not_taken_for_a_lost_worker(paper, monkeypatch):
+    monkeypatch.setattr("validation.sweep.evaluate", faulty)
+    todo, found = small(paper)
+    with ThreadPoolExecutor(1) as executor, pytest.raises(ZeroDivisionError):
+        sweep(todo, found.samples, Workers(executor))
+
+
+def faulty(task: Task, samples: Sequence[Values]) -> Outcome:
+    raise ZeroDivisionError
+
+
+class Silent(Executor):
+    """Takes everything and answers nothing."""
+
+    def submit(self, fn, /, *args, **kwargs):
+        return Future()
+
+
+def test_an_executor_that_is_gone_is_given_up(paper, serial, monkeypatch):
+    monkeypatch.setattr("validation.sweep.POLL", 0.01)
+    todo, found = small(paper)
+    told: list[str] = []
+    workers = Workers(Silent(), gone=lambda: "tcp://x does not answer any more")
+    assert_same(serial, sweep(todo, found.samples, workers, warn=told.append))
+    assert told == [
+        "24 samples were lost with their workers and are computed again: "
+        "tcp://x does not answer any more"
+    ]
+
+
+def test_a_streamed_sweep_is_the_same_and_goes_on(paper, serial, tmp_path):
+    todo, found = small(paper)
+    pieces = Pieces.of(todo, found.samples, tmp_path, streamed=True)
+    shape = serial.magnitude.shape
+
+    def interrupt(_: str, done: int, __: int) -> None:
+        if done >= 20:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        sweep(
+            todo,
+            found.samples,
+            store=pieces,
+            progress=interrupt,
+            magnitude=pieces.magnitude(shape),
+        )
+    kept = sorted(path.name for path in pieces.directory.iterdir())
+    assert kept == ["0.npz", "10.npz", "magnitude.npy"]
+    assert (pieces.directory / "0.npz").stat().st_size < serial.magnitude[:10].nbytes / 2
+    outcome = sweep(todo, found.samples, store=pieces, magnitude=pieces.magnitude(shape))
+    assert_same(serial, outcome)
+    np.testing.assert_array_equal(np.load(pieces.magnitude_file), serial.magnitude)
+    pieces.magnitude_file.unlink()  # then what was kept beside it is worth nothing
+    again = pieces.magnitude(shape)
+    assert [path.name for path in pieces.directory.iterdir()] == ["magnitude.npy"]
+    assert_same(serial, sweep(todo, found.samples, store=pieces, magnitude=again))
 
 
 def test_an_interrupted_sweep_goes_on(paper, serial, tmp_path, monkeypatch):
@@ -367,109 +359,9 @@ def test_an_interrupted_sweep_goes_on(paper, serial, tmp_path, monkeypatch):
 
 def test_results_too_large_are_refused(paper):
     found = Design((SPRING,), ((1e5,),) * 100_000, sampled=False)
-    with pytest.raises(CommandError, match=r"take 12\.0 GB, more than 2 GB; give a larger --df"):
+    with pytest.raises(
+        CommandError, match=r"12\.0 GB, more than 2 GB; give a larger --df.*--stream"
+    ):
         task(paper, found, Band(), PAIR)
-
-
-# Sensitivities
-
-
-def test_slope_of_a_power_law():
-    p = np.geomspace(1.0, 100.0, 9)
-    assert log_slope(p, 3.0 * p**0.5) == pytest.approx(0.5)
-    assert log_slope(np.ones(3), p[:3]) == 0.0
-
-
-def test_rank_correlation():
-    p = np.linspace(1.0, 2.0, 9)
-    assert spearman(p, np.exp(p)) == pytest.approx(1.0)
-    assert spearman(p, -(p**3)) == pytest.approx(-1.0)
-    assert spearman(p, np.full(9, 3.0) + 1e-14 * p) == 0.0
-
-
-def test_the_ranking_finds_what_matters(paper):
-    found = design(paper, ["planetary.carrier.mass=±5%", "reducer.mesh_stiffness=±5%"], samples=20)
-    todo = task(paper, found, BAND, None, 30, "equations")
-    result = Sweep("x", todo, found, sweep(todo, found.samples))
-    by = {(s.metric, s.parameter): s.value for s in sensitivities(result)}
-    mesh = [value for (_, parameter), value in by.items() if parameter == "reducer.mesh_stiffness"]
-    assert max(mesh) == pytest.approx(1.0)
-
-
-# The command
-
-
-def run(*arguments: str) -> int:
-    try:
-        main(["sweep", *arguments])
-    except SystemExit as end:
-        return int(end.code or 0)
-    return 0
-
-
-def fast(out: Path) -> list[str]:
-    frf = ["--response", PAIR[0], "--excitation", PAIR[1]]
-    return [*frf, "--df", "10", "--fmax", "1000", "--route", "equations", "--out", str(out)]
-
-
-def test_the_command_writes_table_and_pictures(tmp_path, capsys):
-    assert run("paper", "--vary", f"{SPRING}=1e5:1e7:7log", "--modes", "5", *fast(tmp_path)) == 0
-    assert "7 of 7 samples computed" in capsys.readouterr().out
-    names = {path.name for path in tmp_path.iterdir()}
-    figures = {"frf_map.svg", "frequencies.svg", "sensitivity.svg"}
-    assert names == {"sweep.csv", "sweep.npz", *figures}
-    with (tmp_path / "sweep.csv").open(encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
-    assert len(rows) == 7
-    with np.load(tmp_path / "sweep.npz", allow_pickle=False) as data:
-        assert data["magnitude"].shape == (7, 100)
-        peak = 20 * np.log10(data["magnitude"].max(axis=1))
-        np.testing.assert_allclose(data["peak_db"], peak)
-        np.testing.assert_allclose([float(row["peak_db"]) for row in rows], peak)
-        at = data["frequency"][data["magnitude"].argmax(axis=1)]
-        np.testing.assert_array_equal([float(row["peak_hz"]) for row in rows], at)
-        rms = np.sqrt((data["magnitude"] ** 2).mean(axis=1))
-        np.testing.assert_allclose(data["rms_m_per_n"], rms)
-        np.testing.assert_array_equal(
-            [float(row["f2_hz"]) for row in rows], data["natural_frequency_hz"][:, 1]
-        )
-    assert rows[0]["kind1"] == "rigid-body"
-
-
-def test_samples_have_bands_and_old_pictures_go(tmp_path):
-    assert run("paper", "--vary", f"{SPRING}=1e5,1e6", *fast(tmp_path)) == 0
-    assert (tmp_path / "frf_map.svg").exists()
-    options = ["--vary", f"{SPRING}=1e5±10%", "--samples", "6"]
-    assert run("paper", *options, *fast(tmp_path)) == 0
-    assert (tmp_path / "bands.svg").exists()
-    assert not (tmp_path / "frf_map.svg").exists()
-
-
-def test_a_failing_sample_is_a_warning(tmp_path, capsys):
-    assert run("paper", "--vary", "planetary.planets=3,40", *fast(tmp_path)) == 0
-    assert "sample 1 (planetary.planets = 40): " in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    ("options", "said"),
-    [
-        (["--vary", "planetary.planets=40,50"], "all 2 samples failed; sample 0 (planetary.plan"),
-        (["--vary", "reducer.pinion.mass=-1"], "pinion.mass = -1"),
-        (["--vary", "planetary.planet=3"], "did you mean planetary.planet"),
-        (["--vary", "planetary.planets=3", "--response", "planetary.sn.w"], "planetary.sun.w"),
-        (["--vary", "planetary.planets=3", "--route", "fbs"], "--route = 'fbs': must be exudyn"),
-        (["--vary", "planetary.planets=3", "--modes", "-1"], "--modes = -1"),
-        ([], "--vary is missing"),
-    ],
-)
-def test_bad_input_is_one_message(tmp_path, capsys, options, said):
-    assert run("paper", *fast(tmp_path), *options) == 2
-    error = capsys.readouterr().err
-    assert said in error
-    assert error.count("\n") == 1
-
-
-def test_one_dof_alone_is_refused(tmp_path, capsys):
-    options = ["--vary", "planetary.planets=3", "--response", PAIR[0], "--out", str(tmp_path)]
-    assert run("paper", *options) == 2
-    assert "give both, or neither" in capsys.readouterr().err
+    todo = task(paper, found, Band(), PAIR, streamed=True)
+    assert todo.n_lines == 15000
