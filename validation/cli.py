@@ -312,15 +312,15 @@ def sweep(
     """Vary parameters: an FRF and natural frequencies as table and pictures; goes on if stopped."""
     from mbs_models.model_file import load
 
-    from .executors import check as check_executor
-    from .sweep_parameters import design
+    from .sweep.executors import check as check_executor
+    from .sweep.parameters import design
 
     check_executor(executor, workers)
     drivetrain = load(model)
     samples_of = design(drivetrain, vary or (), samples, seed, sampling)
     from .results import band  # takes its time to load: bad input is told before
-    from .sweep import dof_pair, task
-    from .sweep_command import carry_out
+    from .sweep.command import carry_out
+    from .sweep.run import dof_pair, task
 
     lines, pair = band(fmin, fmax, df), dof_pair(response, excitation)
     todo = task(drivetrain, samples_of, lines, pair, n_modes, route, metric or (), streamed=stream)

@@ -26,14 +26,14 @@ import numpy as np
 from fbs import Frf, SecondOrderSystem, direct_frf, modal_frf
 from mbs_models.model_file import load
 from mbs_models.parameters import Drivetrain
-from validation.executors import one_blas_thread, process_pool
 from validation.results import Band
 from validation.routes import EQUATIONS
-from validation.sweep import sweep, task
-from validation.sweep_output import Pieces, Sweep, write_sweep
-from validation.sweep_parameters import Design, changed, design, model_data, steps_to
-from validation.sweep_sample import forget
-from validation.sweep_task import Outcome, Task
+from validation.sweep.executors import one_blas_thread, process_pool
+from validation.sweep.output import Pieces, Sweep, write_sweep
+from validation.sweep.parameters import Design, changed, design, model_data, steps_to
+from validation.sweep.run import sweep, task
+from validation.sweep.sample import forget
+from validation.sweep.task import Outcome, Task
 
 RUNS = 5
 PAIR = ("planetary.sun.w", "reducer.pinion.w")
@@ -173,7 +173,7 @@ def written_sweep(samples: int, *, streamed: bool) -> float:
         pieces = Pieces.of(todo, found.samples, Path(name), streamed=streamed)
         room = pieces.magnitude((samples, todo.n_lines)) if streamed else None
         outcome = sweep(todo, found.samples, magnitude=room)
-        from validation.sweep_figures import percentiles  # not for the worker processes
+        from validation.sweep.figures import percentiles  # not for the worker processes
 
         percentiles(outcome.magnitude, np.arange(samples))
         result = Sweep("memory", todo, found, outcome)
@@ -191,7 +191,7 @@ def resident_peak(samples: int) -> tuple[float, float]:
 
 def allocated_peak(samples: int) -> tuple[float, float]:
     """(peak of what is allocated, the mapped file left out; size of the file), in bytes."""
-    import validation.sweep_figures  # noqa: F401  # what modules take is no part of it
+    import validation.sweep.figures  # noqa: F401  # what modules take is no part of it
 
     tracemalloc.start()
     size = written_sweep(samples, streamed=True)

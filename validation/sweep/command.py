@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from . import screen
-from .errors import CommandError
+from .. import screen
+from ..errors import CommandError
 from .executors import opened
-from .sweep import processes_worth, sweep
-from .sweep_figures import pictures
-from .sweep_output import Pieces, Sweep, make_directory, write_sweep
-from .sweep_parameters import Design
-from .sweep_task import Task, base_values
+from .figures import pictures
+from .output import Pieces, Sweep, make_directory, write_sweep
+from .parameters import Design
+from .run import processes_worth, sweep
+from .task import Task, base_values
 
 MOST_FAILURES = 5  # told one by one
 

@@ -17,11 +17,11 @@ from validation.cli import main
 from validation.errors import CommandError
 from validation.results import Band
 from validation.routes import EQUATIONS
-from validation.sweep import sweep, task
-from validation.sweep_figures import pictures, sensitivities
-from validation.sweep_metrics import Findings, columns, metrics
-from validation.sweep_output import Sweep
-from validation.sweep_parameters import changed, design, model_data, steps_to
+from validation.sweep.figures import pictures, sensitivities
+from validation.sweep.metrics import Findings, columns, metrics
+from validation.sweep.output import Sweep
+from validation.sweep.parameters import changed, design, model_data, steps_to
+from validation.sweep.run import sweep, task
 
 PAIR = ("planetary.sun.w", "reducer.pinion.w")
 SPRING = "coupling.second_stiffness"

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from mbs_models.mode_kinds import Kind
 
-from .errors import CommandError
+from ..errors import CommandError
 
 FloatArray = NDArray[np.float64]
 FoundModes = tuple[FloatArray, tuple[str, ...]]  # natural frequencies (Hz) and kinds

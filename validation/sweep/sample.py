@@ -26,14 +26,14 @@ from mbs_models.mode_kinds import StageStiffness, classify, mode_groups
 from mbs_models.parameters import Coupling, Drivetrain
 from mbs_models.placement import facings, turning
 
-from .errors import CommandError
+from ..errors import CommandError
+from ..modes import damped_modes
+from ..routes import EQUATIONS, Source, coupling_joints, exudyn_source
 from .executors import one_blas_thread
-from .modes import damped_modes
-from .routes import EQUATIONS, Source, coupling_joints, exudyn_source
-from .sweep_interface import Interface
-from .sweep_metrics import Findings, FoundModes
-from .sweep_parameters import Step, Values, changed, steps_to
-from .sweep_task import Outcome, Task, base_values, blank
+from .interface import Interface
+from .metrics import Findings, FoundModes
+from .parameters import Step, Values, changed, steps_to
+from .task import Outcome, Task, base_values, blank
 
 FloatArray = NDArray[np.float64]
 T = TypeVar("T")

@@ -13,9 +13,9 @@ from matplotlib.ticker import FuncFormatter, NullFormatter
 from numpy.typing import NDArray
 from scipy.stats import rankdata
 
-from .report.style import BLUE, INK, KIND_COLORS, MUTED, VERMILLION, WIDTH, styled
-from .sweep_metrics import decibels
-from .sweep_output import Sweep, Writer
+from ..report.style import BLUE, INK, KIND_COLORS, MUTED, VERMILLION, WIDTH, styled
+from .metrics import decibels
+from .output import Sweep, Writer
 
 FloatArray = NDArray[np.float64]
 

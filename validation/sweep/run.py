@@ -1,6 +1,6 @@
 """Sweeps: one FRF and the natural frequencies of a drivetrain over the values of its parameters.
 
-Samples are computed in pieces, on any executor; see `sweep_sample` for how one is.
+Samples are computed in pieces, on any executor; see `sample` for how one is.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from numpy.typing import NDArray
 
 from mbs_models.parameters import Drivetrain
 
-from .errors import CommandError
+from ..errors import CommandError
+from ..results import Band
 from .executors import Workers, process_pool
-from .results import Band
-from .sweep_metrics import metrics
-from .sweep_parameters import Design, Values, model_data
-from .sweep_sample import evaluate
-from .sweep_task import Outcome, Task, base_values, blank, failed, joined
+from .metrics import metrics
+from .parameters import Design, Values, model_data
+from .sample import evaluate
+from .task import Outcome, Task, base_values, blank, failed, joined
 
 Progress = Callable[[str, int, int], None]
 FloatArray = NDArray[np.float64]
@@ -77,7 +77,7 @@ def task(
     route
         exudyn or equations.
     asked
-        Metrics as `sweep_metrics.metrics` reads them.
+        Metrics as `metrics.metrics` reads them.
     streamed
         Whether |H| goes to a file piece by piece, and may exceed `MOST_BYTES`.
 

@@ -9,9 +9,9 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from .results import Band
-from .sweep_metrics import Metric, ModeMetric, columns
-from .sweep_parameters import Values
+from ..results import Band
+from .metrics import Metric, ModeMetric, columns
+from .parameters import Values
 
 FloatArray = NDArray[np.float64]
 

@@ -13,16 +13,16 @@ from fbs import Joint, couple, direct_frf
 from mbs_models.model_file import load
 from mbs_models.modes import drivetrain_modes
 from mbs_models.parameters import Drivetrain
-from validation import sweep_sample
 from validation.errors import CommandError
-from validation.executors import Workers, process_pool
 from validation.results import Band
 from validation.routes import EQUATIONS, exudyn_source
-from validation.sweep import sweep, task
-from validation.sweep_output import FIELDS, Pieces
-from validation.sweep_parameters import Design, Values, changed, design, model_data, steps_to
-from validation.sweep_sample import Bench, evaluate, part_key, spring_deflection
-from validation.sweep_task import Outcome, Task, base_values, reference
+from validation.sweep import sample as sweep_sample
+from validation.sweep.executors import Workers, process_pool
+from validation.sweep.output import FIELDS, Pieces
+from validation.sweep.parameters import Design, Values, changed, design, model_data, steps_to
+from validation.sweep.run import sweep, task
+from validation.sweep.sample import Bench, evaluate, part_key, spring_deflection
+from validation.sweep.task import Outcome, Task, base_values, reference
 
 PAIR = ("planetary.sun.w", "reducer.pinion.w")
 SPRING = "coupling.second_stiffness"
@@ -254,7 +254,7 @@ def deadly(task: Task, samples: Sequence[Values]) -> Outcome:
 
 @pytest.mark.slow
 def test_a_sample_that_kills_its_process_fails_and_the_others_go_on(paper, serial, monkeypatch):
-    monkeypatch.setattr("validation.sweep.evaluate", deadly)
+    monkeypatch.setattr("validation.sweep.run.evaluate", deadly)
     todo, found = small(paper)
     told: list[str] = []
     with process_pool(2) as workers:
@@ -270,7 +270,7 @@ def test_a_sample_that_kills_its_process_fails_and_the_others_go_on(paper, seria
 
 
 def test_what_is_wrong_with_the_program_is_not_taken_for_a_lost_worker(paper, monkeypatch):
-    monkeypatch.setattr("validation.sweep.evaluate", faulty)
+    monkeypatch.setattr("validation.sweep.run.evaluate", faulty)
     todo, found = small(paper)
     with ThreadPoolExecutor(1) as executor, pytest.raises(ZeroDivisionError):
         sweep(todo, found.samples, Workers(executor))
@@ -288,7 +288,7 @@ class Silent(Executor):
 
 
 def test_an_executor_that_is_gone_is_given_up(paper, serial, monkeypatch):
-    monkeypatch.setattr("validation.sweep.POLL", 0.01)
+    monkeypatch.setattr("validation.sweep.run.POLL", 0.01)
     todo, found = small(paper)
     told: list[str] = []
     workers = Workers(Silent(), gone=lambda: "tcp://x does not answer any more")
@@ -332,7 +332,7 @@ def test_an_interrupted_sweep_goes_on(paper, serial, tmp_path, monkeypatch):
     todo, found = small(paper)
     computed: list[int] = []
     monkeypatch.setattr(
-        "validation.sweep.evaluate",
+        "validation.sweep.run.evaluate",
         lambda task, samples: computed.append(len(samples)) or evaluate(task, samples),
     )
     pieces = Pieces.of(todo, found.samples, tmp_path)

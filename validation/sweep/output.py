@@ -15,10 +15,10 @@ from zipfile import BadZipFile
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import CommandError
-from .sweep_metrics import columns
-from .sweep_parameters import Design
-from .sweep_task import Outcome, Task
+from ..errors import CommandError
+from .metrics import columns
+from .parameters import Design
+from .task import Outcome, Task
 
 FloatArray = NDArray[np.float64]
 Writer = Callable[[Path], None]

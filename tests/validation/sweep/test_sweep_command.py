@@ -13,10 +13,10 @@ from mbs_models.parameters import Drivetrain
 from validation.cli import main
 from validation.errors import CommandError
 from validation.results import Band
-from validation.sweep import sweep, task
-from validation.sweep_figures import log_slope, percentiles, sensitivities, spearman
-from validation.sweep_output import Pieces, Sweep
-from validation.sweep_parameters import design
+from validation.sweep.figures import log_slope, percentiles, sensitivities, spearman
+from validation.sweep.output import Pieces, Sweep
+from validation.sweep.parameters import design
+from validation.sweep.run import sweep, task
 
 PAIR = ("planetary.sun.w", "reducer.pinion.w")
 SPRING = "coupling.second_stiffness"

@@ -11,8 +11,8 @@ from mbs_models.model_file import load
 from mbs_models.parameters import Drivetrain
 from validation.errors import CommandError
 from validation.results import Band
-from validation.sweep import sweep, task
-from validation.sweep_parameters import changed, design, model_data, steps_to
+from validation.sweep.parameters import changed, design, model_data, steps_to
+from validation.sweep.run import sweep, task
 
 SPRING = "coupling.second_stiffness"
 BAND = Band(5.0, 3000.0, 5.0)

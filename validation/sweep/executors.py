@@ -20,7 +20,7 @@ from multiprocessing import get_context
 from typing import Any
 from urllib.parse import urlsplit
 
-from .errors import CommandError
+from ..errors import CommandError
 
 KINDS = "processes, serial, mpi, or the scheduler of a dask cluster as tcp://host:port"
 OURS = ("processes", "serial", "mpi")

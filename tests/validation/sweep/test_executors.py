@@ -22,12 +22,12 @@ import pytest
 from mbs_models.model_file import load
 from validation.cli import main
 from validation.errors import CommandError
-from validation.executors import dask_cluster, mpi_pool, one_blas_thread, opened, versions
 from validation.results import Band
-from validation.sweep import sweep, task
-from validation.sweep_output import FIELDS
-from validation.sweep_parameters import Design, design
-from validation.sweep_task import Outcome, Task
+from validation.sweep.executors import dask_cluster, mpi_pool, one_blas_thread, opened, versions
+from validation.sweep.output import FIELDS
+from validation.sweep.parameters import Design, design
+from validation.sweep.run import sweep, task
+from validation.sweep.task import Outcome, Task
 
 PAIR = ("planetary.sun.w", "reducer.pinion.w")
 PATIENCE = 120.0  # seconds; a busy machine starts processes slowly

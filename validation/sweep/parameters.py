@@ -16,7 +16,7 @@ from pydantic import ValidationError
 
 from mbs_models.parameters import Drivetrain
 
-from .errors import CommandError
+from ..errors import CommandError
 
 Step = str | int
 Values = tuple[float, ...]

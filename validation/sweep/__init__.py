@@ -1,0 +1,1 @@
+"""Parameters varied over many samples: FRFs, natural frequencies and metrics as a table."""
