@@ -20,6 +20,7 @@ from fbs import (
     Joint,
     SecondOrderSystem,
     couple,
+    couple_chain,
     direct_frf,
     modal_frf,
 )
@@ -251,13 +252,23 @@ def frf_by_name(
                 "must be exudyn or equations"
             )
         model = build_model(exudyn_source(), drivetrain)
-        stages = {name: direct_frf(part, frequency) for name, part in model.stages.items()}
-        coupled = couple(stages, model.joints, responses, excitations)
-        return coupled.frf, "direct solve of the stages, coupled at the interface only"
+        if responses is None or excitations is None or _loops(drivetrain):
+            frf = couple_stages(model, frequency).frf.select(responses, excitations)
+            return frf, "direct solve of the stages, coupled all at once"
+        chain = couple_chain(
+            model.stages, model.joints, frequency, responses, excitations, synthesis=direct_frf
+        )
+        return chain.frf, "direct solve of the stages at their interfaces, coupled one by one"
     source = EQUATIONS if route == "equations" else exudyn_source()
     system = source.whole(drivetrain) if part is None else source.stage(drivetrain, part)
     # Summed modes would be as fast, but FRFs far below the largest would be their round-off.
     return direct_frf(system, frequency, responses, excitations), "direct solve, line by line"
+
+
+def _loops(drivetrain: Drivetrain) -> bool:
+    """Whether couplings close a loop of parts: each group of n parts has n − 1 if not."""
+    joining = sum(coupling.transmits or bool(coupling.dofs) for coupling in drivetrain.couplings)
+    return joining > len(drivetrain.parts) - len(drivetrain.groups())
 
 
 def known_part(drivetrain: Drivetrain, name: str, option: str) -> str:
