@@ -11,7 +11,7 @@ import numpy as np
 from .elements import Assembly, Dof, RigidBody
 from .errors import ModelError
 from .gear_geometry import Vector
-from .mesh_excitation import MeshLaw
+from .meshing.mesh_excitation import MeshLaw
 from .parallel_stage import add_parallel_stage, body_centres
 from .parameters import DIRECTIONS, Coupling, Drivetrain, Inertia, ParallelStage, Part
 from .placement import (

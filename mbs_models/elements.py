@@ -32,7 +32,7 @@ from exudyn.utilities import (
 from numpy.typing import NDArray
 
 from .errors import ModelError
-from .mesh_excitation import MeshLaw, force_law
+from .meshing.mesh_excitation import MeshLaw, force_law
 from .parameters import Damping
 
 Vector = NDArray[np.float64]

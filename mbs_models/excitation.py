@@ -12,7 +12,7 @@ from .dof_radii import dof_radii
 from .errors import ModelError
 from .excitation_tables import ExcitationTable, MultisineTable, Setting, require_dof
 from .parameters import Drivetrain
-from .signals import Signal, own_seeds
+from .signals.lines import Signal, own_seeds
 
 S = TypeVar("S", bound=Signal, covariant=True)
 

@@ -13,8 +13,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from .bodies import Angle, Table
-from .sampled_signal import read_sampled
-from .signals import (
+from .signals.lines import (
     ROUNDING,
     BandNoise,
     Harmonic,
@@ -24,7 +23,8 @@ from .signals import (
     random_multisine,
     schroeder_multisine,
 )
-from .sine_signals import HalfSine, SteppedSine, Sweep, stepped_sine
+from .signals.sampled import read_sampled
+from .signals.sines import HalfSine, SteppedSine, Sweep, stepped_sine
 
 Force = Annotated[float, Field(gt=0.0, json_schema_extra={"unit": "N"})]
 Moment = Annotated[float, Field(gt=0.0, json_schema_extra={"unit": "N m"})]

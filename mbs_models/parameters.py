@@ -37,8 +37,8 @@ from .bodies import (
 )
 from .dof_radii import dof_radii
 from .excitation_tables import ExcitationTable, require_dof
-from .mesh_tables import CONSTANT_STIFFNESS, Backlash, MeshVariation, TransmissionError
-from .operation import Operation
+from .meshing.mesh_tables import CONSTANT_STIFFNESS, Backlash, MeshVariation, TransmissionError
+from .meshing.operation import Operation
 
 __all__ = [
     "Carrier",

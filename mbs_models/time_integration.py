@@ -17,14 +17,20 @@ import exudyn as exu
 import numpy as np
 from numpy.typing import NDArray
 
-from .aliasing import folded
 from .drivetrain import MultibodySystem
 from .errors import ModelError
 from .excitation import Excitation, check_record
-from .fingerprint import fingerprint
-from .integrators import RK44, ROUND_OFF, TRAPEZOIDAL, Integrator, check_stable, steps_per_sample
-from .linearization import coordinate_transform, linearize
-from .probes import (
+from .integration.aliasing import folded
+from .integration.fingerprint import fingerprint
+from .integration.integrators import (
+    RK44,
+    ROUND_OFF,
+    TRAPEZOIDAL,
+    Integrator,
+    check_stable,
+    steps_per_sample,
+)
+from .integration.probes import (
     CURRENT,
     INITIAL,
     NodeSensors,
@@ -35,9 +41,10 @@ from .probes import (
     solver_settings,
     stored_samples,
 )
-from .run_store import Checkpoint, State, open_store, start
-from .signals import Signal
-from .transient_record import MOTIONS, QUANTITIES, RunDescription, TransientRecord
+from .integration.run_store import Checkpoint, State, open_store, start
+from .integration.transient_record import MOTIONS, QUANTITIES, RunDescription, TransientRecord
+from .linearization import coordinate_transform, linearize
+from .signals.lines import Signal
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[str, int, int], None]

@@ -389,7 +389,16 @@ def simulate(
         out=out,
         save=tuple(save or ()),
     )
-    if not carry_out(options).agrees:
+    try:
+        found = carry_out(options)
+    except KeyboardInterrupt:
+        print(
+            f"crosscheck: interrupted; what has been run is kept in {out}, and the same command "
+            "goes on from there",
+            file=sys.stderr,
+        )
+        raise typer.Exit(130) from None
+    if not found.agrees:
         raise typer.Exit(1)
 
 

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from fbs import SecondOrderSystem
 from mbs_models.components import mesh_name
-from mbs_models.mesh_excitation import MeshLaw
+from mbs_models.meshing.mesh_excitation import MeshLaw
 from mbs_models.parameters import Drivetrain, ParallelStage
 
 from .equations import (
@@ -110,7 +110,7 @@ def parametric_system(
     drivetrain
         Mass, damping and mean stiffness.
     laws
-        Mesh → law (`mbs_models.operating_point`); its stiffness varies, backlash is left aside.
+        Mesh → law (`operating_point`); its stiffness varies, backlash is left aside.
     highest_hz
         Modes above are left out.
 

@@ -21,7 +21,7 @@ from .results import Check, TimeDomain
 from .routes import build_model, couple_stages, exudyn_source
 
 if TYPE_CHECKING:
-    from mbs_models.periodic_orbit import PeriodicRecord
+    from mbs_models.integration.periodic_orbit import PeriodicRecord
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[str, int, int], None]
@@ -115,8 +115,8 @@ def _record(
 ) -> PeriodicRecord:
     """A record at the smallest amplitude whose orbit closes."""
     from mbs_models.excitation import Excitation
-    from mbs_models.periodic_orbit import periodic_response
-    from mbs_models.signals import schroeder_multisine
+    from mbs_models.integration.periodic_orbit import periodic_response
+    from mbs_models.signals.lines import schroeder_multisine
 
     for displacement in AMPLITUDES:
         amplitudes = even_amplitudes(system, excitation, lines, displacement)

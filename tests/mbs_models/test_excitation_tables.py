@@ -23,8 +23,8 @@ from mbs_models.model_file import (
     template,
 )
 from mbs_models.parameters import Drivetrain
-from mbs_models.signals import BandNoise, Harmonic, Multisine, schroeder_multisine
-from mbs_models.sine_signals import HalfSine, SteppedSine, Sweep
+from mbs_models.signals.lines import BandNoise, Harmonic, Multisine, schroeder_multisine
+from mbs_models.signals.sines import HalfSine, SteppedSine, Sweep
 
 PAPER = template("paper")
 BAND = "fmin = 10.0\nfmax = 4000.0\n"

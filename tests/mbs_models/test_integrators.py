@@ -9,7 +9,7 @@ import pytest
 
 from mbs_models.drivetrain import build_drivetrain
 from mbs_models.errors import ModelError
-from mbs_models.integrators import (
+from mbs_models.integration.integrators import (
     FREQUENCY_BEND,
     RK44,
     TRAPEZOIDAL,

@@ -14,15 +14,15 @@ from scipy.integrate import solve_ivp
 
 from mbs_models.drivetrain import build_drivetrain
 from mbs_models.errors import ModelError
-from mbs_models.integrators import RK44, TRAPEZOIDAL, Integrator
+from mbs_models.integration.integrators import RK44, TRAPEZOIDAL, Integrator
 from mbs_models.linearization import linearize
-from mbs_models.mesh_excitation import MeshLaw, force_law, separation
-from mbs_models.mesh_tables import TrapezoidVariation
+from mbs_models.meshing.mesh_excitation import MeshLaw, force_law, separation
+from mbs_models.meshing.mesh_tables import TrapezoidVariation
+from mbs_models.meshing.waveforms import FourierSeries, Trapezoid
 from mbs_models.model_file import dumps, load, loads
 from mbs_models.parameters import Drivetrain
 from mbs_models.read_back import components
 from mbs_models.time_integration import simulate
-from mbs_models.waveforms import FourierSeries, Trapezoid
 from tests.geared import lin_parker
 from tests.strategies import with_stage
 

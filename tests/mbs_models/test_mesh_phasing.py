@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 
 from mbs_models.drivetrain import build_drivetrain
 from mbs_models.errors import ModelError
-from mbs_models.integrators import RK44, Integrator
-from mbs_models.mesh_phasing import check_assembly, mesh_phases, phasing, sun_to_ring_phase
+from mbs_models.integration.integrators import RK44, Integrator
+from mbs_models.meshing.mesh_phasing import check_assembly, mesh_phases, phasing, sun_to_ring_phase
+from mbs_models.meshing.operating_point import operating_point
 from mbs_models.mode_kinds import Kind
 from mbs_models.model_file import load
-from mbs_models.operating_point import operating_point
 from mbs_models.parameters import PlanetaryStage
 from mbs_models.time_integration import simulate
 from tests.geared import TEETH, lin_parker, speed_for

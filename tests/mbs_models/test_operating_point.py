@@ -13,12 +13,12 @@ from hypothesis import strategies as st
 
 from mbs_models.drivetrain import build_drivetrain
 from mbs_models.errors import ModelError
-from mbs_models.integrators import RK44, Integrator
+from mbs_models.integration.integrators import RK44, Integrator
 from mbs_models.linearization import linearize
+from mbs_models.meshing.operating_point import OperatingPoint, operating_point
+from mbs_models.meshing.static_state import spring_forces
 from mbs_models.model_file import load
-from mbs_models.operating_point import OperatingPoint, operating_point
 from mbs_models.parameters import Drivetrain
-from mbs_models.static_state import spring_forces
 from mbs_models.time_integration import simulate
 from tests.geared import lin_parker, speed_for
 from tests.strategies import changed, drivetrains, paper, with_stage

@@ -13,15 +13,15 @@ import pytest
 from mbs_models.drivetrain import MultibodySystem, build_drivetrain
 from mbs_models.errors import ModelError
 from mbs_models.excitation import Excitation
-from mbs_models.fingerprint import fingerprint
-from mbs_models.integrators import RK44, TRAPEZOIDAL, Integrator
-from mbs_models.mesh_excitation import MeshLaw
+from mbs_models.integration.fingerprint import fingerprint
+from mbs_models.integration.integrators import RK44, TRAPEZOIDAL, Integrator
+from mbs_models.integration.run_store import read_run
+from mbs_models.integration.transient_record import QUANTITIES, TransientRecord
+from mbs_models.meshing.mesh_excitation import MeshLaw
+from mbs_models.meshing.waveforms import FourierSeries
 from mbs_models.model_file import load
-from mbs_models.run_store import read_run
-from mbs_models.signals import BandNoise, Harmonic
+from mbs_models.signals.lines import BandNoise, Harmonic
 from mbs_models.time_integration import simulate
-from mbs_models.transient_record import QUANTITIES, TransientRecord
-from mbs_models.waveforms import FourierSeries
 from tests.strategies import damped
 
 SUN = "planetary.sun.w"
@@ -218,8 +218,8 @@ GROWTH = """
 import sys, tempfile
 from pathlib import Path
 from mbs_models.excitation import Excitation
-from mbs_models.integrators import RK44, Integrator
-from mbs_models.signals import BandNoise
+from mbs_models.integration.integrators import RK44, Integrator
+from mbs_models.signals.lines import BandNoise
 from mbs_models.time_integration import simulate
 from tests.mbs_models.test_run_store import SUN, system
 

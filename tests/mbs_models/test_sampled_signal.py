@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mbs_models.errors import ModelError
-from mbs_models.sampled_signal import Sampled, read_sampled
+from mbs_models.signals.sampled import Sampled, read_sampled
 
 
 def burst(time: np.ndarray) -> np.ndarray:

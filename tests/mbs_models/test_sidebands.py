@@ -7,7 +7,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mbs_models.errors import ModelError
-from mbs_models.sidebands import expected_sidebands, fixed_sensor, passing_window, ring_sensor
+from mbs_models.meshing.sidebands import (
+    expected_sidebands,
+    fixed_sensor,
+    passing_window,
+    ring_sensor,
+)
 
 COUNT = 4096  # samples of one turn of the carrier
 CARRIER = 2.5  # turns per second

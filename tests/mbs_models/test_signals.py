@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mbs_models.errors import ModelError
-from mbs_models.signals import (
+from mbs_models.signals.lines import (
     BandNoise,
     Harmonic,
     Multisine,

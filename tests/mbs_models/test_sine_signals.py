@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mbs_models.errors import ModelError
-from mbs_models.sine_signals import HalfSine, SteppedSine, Sweep, stepped_sine
+from mbs_models.signals.sines import HalfSine, SteppedSine, Sweep, stepped_sine
 
 BAND = (20.0, 500.0)
 

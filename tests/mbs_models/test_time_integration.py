@@ -15,18 +15,18 @@ from scipy.signal import lsim
 from mbs_models.drivetrain import MultibodySystem, build_drivetrain
 from mbs_models.excitation import Excitation
 from mbs_models.harmonic_response import harmonic_response
-from mbs_models.integrators import RK44, TRAPEZOIDAL, choose_integrator
+from mbs_models.integration.integrators import RK44, TRAPEZOIDAL, choose_integrator
+from mbs_models.integration.steady_state import steady_start
+from mbs_models.integration.transient_record import QUANTITIES, TransientRecord
 from mbs_models.linearization import linearize
-from mbs_models.mesh_excitation import MeshLaw
+from mbs_models.meshing.mesh_excitation import MeshLaw
+from mbs_models.meshing.preload import Constant
+from mbs_models.meshing.waveforms import FourierSeries
 from mbs_models.model_file import load
-from mbs_models.preload import Constant
 from mbs_models.read_back import components
-from mbs_models.signals import Harmonic, schroeder_multisine
-from mbs_models.sine_signals import HalfSine
-from mbs_models.steady_state import steady_start
+from mbs_models.signals.lines import Harmonic, schroeder_multisine
+from mbs_models.signals.sines import HalfSine
 from mbs_models.time_integration import simulate
-from mbs_models.transient_record import QUANTITIES, TransientRecord
-from mbs_models.waveforms import FourierSeries
 from tests.mbs_models.transient_runs import (
     PINION,
     SCALE,

@@ -10,10 +10,10 @@ from scipy.linalg import expm
 
 from mbs_models.drivetrain import MultibodySystem, build_drivetrain
 from mbs_models.excitation import Excitation
-from mbs_models.integrators import Integrator
+from mbs_models.integration.integrators import Integrator
 from mbs_models.linearization import LinearizedSystem
 from mbs_models.model_file import load
-from mbs_models.signals import Harmonic
+from mbs_models.signals.lines import Harmonic
 from tests.strategies import damped
 
 FloatArray = NDArray[np.float64]

@@ -12,13 +12,13 @@ from scipy.integrate import solve_ivp
 from scipy.special import mathieu_a, mathieu_b
 
 from mbs_models.drivetrain import build_drivetrain
-from mbs_models.integrators import RK44, TRAPEZOIDAL, Integrator
-from mbs_models.mesh_excitation import MeshLaw
+from mbs_models.integration.integrators import RK44, TRAPEZOIDAL, Integrator
+from mbs_models.meshing.mesh_excitation import MeshLaw
+from mbs_models.meshing.operating_point import operating_point
+from mbs_models.meshing.waveforms import FourierSeries, Trapezoid
 from mbs_models.model_file import load
-from mbs_models.operating_point import operating_point
 from mbs_models.parameters import Drivetrain
 from mbs_models.time_integration import simulate
-from mbs_models.waveforms import FourierSeries, Trapezoid
 from tests.geared import lin_parker, speed_for
 from tests.strategies import changed, paper, with_stage
 from validation.errors import CommandError

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mbs_models.model_file import folder_of, load
+from mbs_models.time_integration import SimulationError
 
 from .. import screen
 from ..errors import CommandError
@@ -14,7 +15,7 @@ from ..report.files import make_directory
 from .output import FORMATS, remove_pieces, write_simulation
 from .requested import excitations_asked, levels_asked
 from .results import Request, Simulation
-from .run import run_simulation
+from .run import PlannedRun
 from .screen import findings
 
 PIECES = "pieces"  # the folder of an unfinished run
@@ -47,6 +48,8 @@ def carry_out(options: Options) -> Simulation:
     ------
     ModelError, FbsError, CommandError
         Bad input; nothing is written then.
+    KeyboardInterrupt
+        The run was interrupted; the same command goes on.
     """
     for name in options.save:
         if name not in FORMATS:
@@ -72,12 +75,18 @@ def carry_out(options: Options) -> Simulation:
         levels=levels_asked(options.levels),
         reverse=options.reverse,
     )
-    make_directory(options.out)
+    store = options.out / PIECES
     with screen.progress() as progress:
-        found = run_simulation(drivetrain, request, store=options.out / PIECES, progress=progress)
-        progress("writing the report", 0, 1)
-        written = write_simulation(found, options.out, options.save)
-        remove_pieces(options.out / PIECES)
+        planned = PlannedRun(drivetrain, request, store, progress)
+        make_directory(options.out)
+        try:
+            found = planned.simulation()
+            progress("writing the report", 0, 1)
+            written = write_simulation(found, options.out, options.save)
+        except SimulationError:  # it would end the same way again
+            remove_pieces(store)
+            raise
+        remove_pieces(store)
         progress("writing the report", 1, 1)
     screen.warn(found.warnings)
     findings(found)

@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 from fbs import Frf, Quantity, Record
 from mbs_models.drivetrain import MultibodySystem, build_drivetrain
 from mbs_models.excitation import Excitation
-from mbs_models.integrators import TRAPEZOIDAL, Integrator
+from mbs_models.integration.integrators import TRAPEZOIDAL, Integrator
+from mbs_models.integration.steady_state import steady_start, superposed
 from mbs_models.linearization import linearize
-from mbs_models.operating_point import OperatingPoint
+from mbs_models.meshing.operating_point import OperatingPoint
 from mbs_models.parameters import Drivetrain
-from mbs_models.signals import Multisine, Signal
-from mbs_models.steady_state import steady_start, superposed
+from mbs_models.signals.lines import Multisine, Signal
 from mbs_models.time_integration import SimulationError, simulate
 
 from ..errors import CommandError
@@ -84,14 +84,19 @@ class DriveLevels:
     levels: tuple[Level, ...]
 
     @property
+    def linear(self) -> tuple[Level, ...]:
+        """The first levels in a row that agree; motions below may drown in round-off."""
+        agrees = [level.repeats and level.worst_db <= DECIBEL_TOLERANCE for level in self.levels]
+        if not any(agrees):
+            return ()
+        first = agrees.index(True)
+        last = agrees.index(False, first) if False in agrees[first:] else len(agrees)
+        return self.levels[first:last]
+
+    @property
     def linear_up_to(self) -> Level | None:
-        """The last level before the first that is off by more than is allowed; None: none."""
-        last = None
-        for level in self.levels:
-            if not (level.repeats and level.worst_db <= DECIBEL_TOLERANCE):
-                return last
-            last = level
-        return last
+        """The last of them; None: none agrees."""
+        return self.linear[-1] if self.linear else None
 
     @property
     def conclusion(self) -> str:
@@ -99,13 +104,14 @@ class DriveLevels:
         last, allowed = self.linear_up_to, f"{DECIBEL_TOLERANCE:g} dB"
         if last is None:
             return (
-                f"Already at the lowest level the FRFs are off by {_decibels(self.levels[0])}: the "
-                "drivetrain is not linear there, and FBS does not apply."
+                f"Already at the lowest level, {self.levels[0].peak_force:.3g} N (peak), the FRFs "
+                f"are off by {_decibels(self.levels[0])}: the drivetrain is not linear there, and "
+                "FBS does not apply."
             )
         if last is self.levels[-1]:
             return (
-                f"Up to {last.peak_force:.3g} N (peak) the FRFs stay within {allowed} of FBS: "
-                "linear at every level that was run."
+                f"From {self.linear[0].peak_force:.3g} to {last.peak_force:.3g} N (peak) the FRFs "
+                f"stay within {allowed} of FBS: linear at every one of these levels."
             )
         beyond = self.levels[self.levels.index(last) + 1]
         return (
@@ -153,18 +159,9 @@ def drive_levels(
     Raises
     ------
     CommandError
-        The excitation is no multisine, a factor is not above 0, or the meshes vary.
+        The excitation is no multisine, or the meshes vary.
     """
-    signal = excitation.signal
-    if not isinstance(signal, Multisine):
-        raise CommandError(
-            f"--levels: the excitation at {excitation.dof} is no multisine; only its FRF is free "
-            "of leakage at every level"
-        )
-    if not all(np.isfinite(factor) and factor > 0.0 for factor in factors):
-        raise CommandError(f"--levels = {', '.join(map(str, factors))}: must all be above 0")
-    if point is not None and point.speed_rpm:
-        raise CommandError("--levels: needs meshes that do not vary; leave --speed out")
+    signal = check_levels((excitation,), point)
     system = build_drivetrain(drivetrain, point.laws if point else None)
     found = []
     for number, factor in enumerate(sorted(factors)):
@@ -179,6 +176,33 @@ def drive_levels(
     if progress is not None:
         progress("drive levels", len(factors), len(factors))
     return DriveLevels(Excitation(excitation.dof, signal), tuple(found))
+
+
+def check_levels(
+    excitations: Sequence[Excitation[Signal]], point: OperatingPoint | None
+) -> Multisine:
+    """The multisine whose level may be varied.
+
+    Raises
+    ------
+    CommandError
+        There is not exactly one excitation, it is no multisine, or the meshes vary.
+    """
+    if point is not None and point.speed_rpm:
+        raise CommandError("--levels: needs meshes that do not vary; leave --speed out")
+    if len(excitations) != 1:
+        raise CommandError(
+            f"--levels: needs one multisine, {len(excitations)} excitations are given; add "
+            "--excitation multisine@DOF, or leave the others out"
+        )
+    (excitation,) = excitations
+    signal = excitation.signal
+    if not isinstance(signal, Multisine):
+        raise CommandError(
+            f"--levels: the excitation at {excitation.dof} is no multisine; only its FRF is free "
+            "of leakage at every level"
+        )
+    return signal
 
 
 def _level(
@@ -238,6 +262,6 @@ def warped_step(integrator: Integrator) -> float | None:
     return integrator.step if integrator.name == TRAPEZOIDAL else None
 
 
-def frf_of(levels: DriveLevels) -> Frf:
-    """FBS' FRF that all levels are held against."""
-    return next(level.found.reference for level in levels.levels if level.found is not None)
+def frf_of(levels: DriveLevels) -> Frf | None:
+    """FBS' FRF that all levels are held against; None where the motion diverged at every one."""
+    return next((level.found.reference for level in levels.levels if level.found is not None), None)

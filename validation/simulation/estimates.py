@@ -13,13 +13,12 @@ from fbs.errors import FbsError
 from fbs.estimation import THRESHOLD
 from mbs_models.excitation import Excitation
 from mbs_models.harmonic_response import harmonic_response
-from mbs_models.integrators import TRAPEZOIDAL, Integrator
+from mbs_models.integration.integrators import TRAPEZOIDAL, Integrator
 from mbs_models.linearization import LinearizedSystem
 from mbs_models.parameters import Drivetrain
-from mbs_models.signals import Multisine, Signal
-from mbs_models.sine_signals import HalfSine
+from mbs_models.signals.lines import Harmonic, Multisine, Signal
+from mbs_models.signals.sines import HalfSine
 
-from ..errors import CommandError
 from ..results import Check
 from ..routes import build_model, couple_stages, exudyn_source
 from ..time_domain import DYNAMIC_RANGE_DB, ZERO
@@ -28,9 +27,16 @@ from ..time_domain import DYNAMIC_RANGE_DB, ZERO
 IMPACT = 0.3
 LEAST_PERIODS = 10
 SEGMENTS = 8  # of a record of noise, half overlapping: 15 averages
+# Samples of all channels together that are transformed at once (64 MiB; complex spectra, windowed
+# copies and sums take five times that): of a record that is longer, more segments are averaged.
+LONGEST_SEGMENT = 1 << 23
+# And of a record that is transformed whole, as one that ends must be.
+LONGEST_TRANSIENT = 1 << 25
+LINES_AT_ONCE = 4096  # of FBS, all DoFs by all DoFs
 LOOKED_AT = 200  # lines of a band, to tell what moves
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
+ComplexArray = NDArray[np.complex128]
 
 ROUTE = "exudyn in time"
 FBS = "FBS of exudyn stages"
@@ -106,9 +112,9 @@ def responding(
         First and last frequency (Hz).
     """
     lines = np.geomspace(max(band[0], 1e-3 * band[1]), band[1], LOOKED_AT)
-    size = np.abs(harmonic_response(linear, lines, responses, excitations)).max(axis=(0, 2))
-    moves = size > ZERO * size.max()
-    return tuple(label for label, moving in zip(responses, moves, strict=True) if moving)
+    found = np.abs(harmonic_response(linear, lines, linear.labels, excitations)).max(axis=(0, 2))
+    size = dict(zip(linear.labels, found, strict=True))
+    return tuple(label for label in responses if size[label] > ZERO * found.max())
 
 
 def estimate_frfs(
@@ -129,10 +135,17 @@ def estimate_frfs(
     signals = [excitation.signal for excitation in excitations]
     fmin = min(signal.band[0] for signal in signals)
     fmax = max(signal.band[1] for signal in signals)
+    size = record.inputs.size + record.outputs.size
     multisines = [signal for signal in signals if isinstance(signal, Multisine)]
     if len(multisines) == len(signals):
         return _multisine_frfs(record, multisines)
     if all(signal.duration is not None for signal in signals):
+        if size > LONGEST_TRANSIENT:
+            raise FbsError(
+                f"a record of {record.n_sample} samples in {size // record.n_sample} channels is "
+                f"too long to be transformed whole, {LONGEST_TRANSIENT} are allowed in all: record "
+                "fewer responses, or excite with noise"
+            )
         struck = any(isinstance(signal, HalfSine) for signal in signals)
         return (
             impulse_frf(
@@ -145,7 +158,10 @@ def estimate_frfs(
                 threshold=IMPACT if struck else THRESHOLD,
             ),
         )
-    return (averaged_frf(record, record.n_sample // SEGMENTS, fmin=fmin, fmax=fmax),)
+    if any(isinstance(signal, Harmonic) for signal in signals):
+        raise FbsError("a sine excites but one line; multisines, sweeps, impacts and noise a band")
+    segment = min(record.n_sample // SEGMENTS, LONGEST_SEGMENT * record.n_sample // size)
+    return (averaged_frf(record, segment, fmin=fmin, fmax=fmax),)
 
 
 def _multisine_frfs(record: Record, signals: Sequence[Multisine]) -> tuple[Estimate, ...]:
@@ -196,20 +212,25 @@ def unbent(estimate: Estimate, integrator: Integrator) -> Estimate:
 def compare_with_fbs(estimate: Estimate, drivetrain: Drivetrain) -> EstimatedFrfs:
     """FBS' FRFs at the lines of a receptance, and where the two are compared."""
     frf = estimate.frf
-    model = build_model(exudyn_source(), drivetrain)
-    coupled = couple_stages(model, frf.frequency).frf
-    reference = coupled.select(frf.responses, frf.excitations)
+    reference = replace(frf, values=_by_fbs(frf, drivetrain))
     size = np.abs(reference.values)
     peak = size.max(axis=0)
     # What symmetry keeps still is zero: what moves it is not linear.
     responding = peak > ZERO * peak.max(axis=0)
     compared = responding & (size >= peak * 10.0 ** (-DYNAMIC_RANGE_DB / 20.0))
-    if not compared.any():
-        raise CommandError(
-            f"no response moves under {', '.join(frf.excitations)}: nothing to compare; "
-            "choose other responses"
-        )
     return EstimatedFrfs(estimate, reference, compared, _allowed(estimate))
+
+
+def _by_fbs(frf: Frf, drivetrain: Drivetrain) -> ComplexArray:
+    """The same receptances by FBS, some lines at a time: coupling takes all DoFs by all DoFs."""
+    model = build_model(exudyn_source(), drivetrain)
+    starts = range(LINES_AT_ONCE, len(frf.frequency), LINES_AT_ONCE)
+    return np.concatenate(
+        [
+            couple_stages(model, lines).frf.select(frf.responses, frf.excitations).values
+            for lines in np.split(frf.frequency, starts)
+        ]
+    )
 
 
 def _allowed(estimate: Estimate) -> FloatArray:
@@ -224,7 +245,8 @@ def _allowed(estimate: Estimate) -> FloatArray:
 def estimate_checks(found: EstimatedFrfs) -> list[Check]:
     """Verdicts on estimated FRFs: magnitude and phase, in units of what is allowed."""
     frf = found.estimate.frf
-    subject = f"{len(frf.responses)} FRFs from {', '.join(frf.excitations)}"
+    count = len(frf.responses) * len(frf.excitations)
+    subject = f"{count} FRF{'s' if count > 1 else ''} from {', '.join(frf.excitations)}"
     share = found.allowed_db[:, :, None] / DECIBEL_TOLERANCE
     magnitude, phase = found.decibels / share, found.degrees / share
     reason = REASON

@@ -11,14 +11,20 @@ from numpy.typing import NDArray
 
 from fbs.spectra import Spectrum, amplitude_spectrum, line_amplitudes
 from mbs_models.errors import ModelError
-from mbs_models.gear_lines import MeasuredLine, MeshTone, gear_lines, measured_lines, mesh_tones
-from mbs_models.gear_response import MeshLoad, mesh_loads
-from mbs_models.mesh_excitation import CONSTANT
-from mbs_models.mesh_phasing import Phasing, phasing
-from mbs_models.operating_point import OperatingPoint, families
+from mbs_models.integration.transient_record import TransientRecord
+from mbs_models.meshing.gear_lines import (
+    MeasuredLine,
+    MeshTone,
+    gear_lines,
+    measured_lines,
+    mesh_tones,
+)
+from mbs_models.meshing.gear_response import MeshLoad, mesh_loads
+from mbs_models.meshing.mesh_excitation import CONSTANT
+from mbs_models.meshing.mesh_phasing import Phasing, phasing
+from mbs_models.meshing.operating_point import OperatingPoint, families
+from mbs_models.meshing.sidebands import expected_sidebands, passing_window, ring_sensor
 from mbs_models.parameters import Drivetrain, PlanetaryStage
-from mbs_models.sidebands import expected_sidebands, passing_window, ring_sensor
-from mbs_models.transient_record import TransientRecord
 
 from ..floquet import growth_rate, parametric_system
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from mbs_models.excitation import Excitation
-from mbs_models.sampled_signal import Sampled
-from mbs_models.signals import BandNoise, Harmonic, Multisine, Signal
-from mbs_models.sine_signals import HalfSine, SteppedSine, Sweep
+from mbs_models.signals.lines import BandNoise, Harmonic, Multisine, Signal
+from mbs_models.signals.sampled import Sampled
+from mbs_models.signals.sines import HalfSine, SteppedSine, Sweep
 
 
 def in_words(excitation: Excitation[Signal]) -> str:

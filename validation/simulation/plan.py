@@ -11,16 +11,16 @@ from numpy.typing import NDArray
 
 from mbs_models.errors import ModelError
 from mbs_models.excitation import Excitation, check_record
-from mbs_models.integrators import (
+from mbs_models.integration.integrators import (
     KNOWN_BEND,
     TRAPEZOIDAL,
     Integrator,
     choose_integrator,
 )
+from mbs_models.integration.steady_state import slowest_decay, steady_start, superposed
 from mbs_models.linearization import LinearizedSystem
-from mbs_models.operating_point import OperatingPoint
-from mbs_models.signals import Harmonic, Multisine, Signal
-from mbs_models.steady_state import slowest_decay, steady_start, superposed
+from mbs_models.meshing.operating_point import OperatingPoint
+from mbs_models.signals.lines import Harmonic, Multisine, Signal
 
 from .results import Request
 
@@ -74,6 +74,8 @@ def plan(linear: LinearizedSystem, request: Request, point: OperatingPoint | Non
         is unstable, or a DoF is unknown.
     """
     _check_dofs(linear, request)
+    if request.duration is not None and not 0.0 < request.duration < np.inf:
+        raise ModelError(f"duration = {request.duration:g} s: must be finite and above 0")
     fmax = _fmax(request, point)
     period = _common_period(request.excitations)
     integrator, rate = _integrator(linear, request, fmax, period)
@@ -96,7 +98,7 @@ def _fmax(request: Request, point: OperatingPoint | None) -> float:
     """End of the band of interest (Hz)."""
     highest = max((excitation.signal.band[1] for excitation in request.excitations), default=0.0)
     if request.fmax is not None:
-        if request.fmax < highest:
+        if not request.fmax >= highest:
             raise ModelError(
                 f"fmax = {request.fmax:g} Hz: the excitation reaches {highest:g} Hz; give at least "
                 "that, or leave fmax out"
@@ -178,10 +180,10 @@ def _duration(
     turning = point is not None and bool(point.mesh_frequencies)
     ends = [excitation.signal.duration for excitation in request.excitations]
     if period is not None and not turning:
-        return request.duration or PERIODS * period, 0.0
+        return _given(request, PERIODS * period), 0.0
     if ends and all(end is not None for end in ends) and not turning:
         last = max(end for end in ends if end is not None)
-        return request.duration or last + _until(DECAYED, decay), 0.0
+        return _given(request, last + _until(DECAYED, decay)), 0.0
     run_in = _until(SETTLED, decay)
     if request.duration is not None:
         return request.duration, min(run_in, request.duration / 2.0)
@@ -189,6 +191,10 @@ def _duration(
     if turning and point is not None:
         measured = max(MESH_PERIODS / min(point.mesh_frequencies.values()), 1.0)
     return run_in + measured, run_in
+
+
+def _given(request: Request, otherwise: float) -> float:
+    return otherwise if request.duration is None else request.duration
 
 
 def _until(share: float, decay: float) -> float:

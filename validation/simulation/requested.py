@@ -9,7 +9,7 @@ import numpy as np
 
 from mbs_models.excitation import Excitation, excitations_of
 from mbs_models.parameters import Drivetrain
-from mbs_models.signals import Multisine, Signal
+from mbs_models.signals.lines import Multisine, Signal
 
 from ..errors import CommandError
 from ..excitation_spec import parse_excitation
@@ -86,14 +86,21 @@ def levels_asked(text: str | None) -> tuple[float, ...]:
     if text is None:
         return ()
     try:
-        if ":" in text:
-            first, last, count = text.removesuffix("log").split(":")
-            space = np.geomspace if text.endswith("log") else np.linspace
-            levels = tuple(float(x) for x in space(float(first), float(last), int(count)))
-        else:
-            levels = tuple(float(x) for x in text.split(","))
+        levels = _range(text) if ":" in text else [float(level) for level in text.split(",")]
     except ValueError:
-        raise CommandError(f"--levels = {text!r}: must be 1,10,100 or 1:1000:7log") from None
-    if not levels or not all(np.isfinite(level) and level > 0.0 for level in levels):
-        raise CommandError(f"--levels = {text!r}: every level must be above 0")
-    return levels
+        levels = []
+    if not levels:
+        raise CommandError(f"--levels = {text!r}: must be 1,10,100 or 1:1000:7log")
+    if not all(np.isfinite(level) and level > 0.0 for level in levels):
+        raise CommandError(f"--levels = {text!r}: every level must be finite and above 0")
+    return tuple(levels)
+
+
+def _range(text: str) -> list[float]:
+    """Levels of a:b:N or a:b:Nlog; the ends themselves where they have no logarithm."""
+    first, last, number = text.removesuffix("log").split(":")
+    ends = float(first), float(last)
+    if not all(np.isfinite(end) and end > 0.0 for end in ends):
+        return list(ends)
+    space = np.geomspace if text.endswith("log") else np.linspace
+    return [float(level) for level in space(*ends, int(number))]

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from mbs_models.excitation import Excitation
+from mbs_models.integration.transient_record import TransientRecord
 from mbs_models.parameters import Drivetrain
-from mbs_models.signals import Signal
-from mbs_models.transient_record import TransientRecord
+from mbs_models.signals.lines import Signal
 
 from ..results import Check
 from .drive_level import DriveLevels

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbs_models.excitation import Excitation
-from mbs_models.signals import Signal
+from mbs_models.signals.lines import Signal
 
 FloatArray = NDArray[np.float64]
 
@@ -51,8 +51,3 @@ def reversed_excitation(excitation: Excitation[Signal]) -> Excitation[Signal]:
 def odd_part(forward: FloatArray, backward: FloatArray) -> FloatArray:
     """(x₊ − x₋)/2: what changes sign with the force."""
     return np.asarray((forward - backward) / 2.0)
-
-
-def even_share(forward: FloatArray, backward: FloatArray) -> float:
-    """max|x₊ + x₋| / max|x₊ − x₋|: how far from linear the motion is."""
-    return float(np.abs(forward + backward).max() / np.abs(forward - backward).max())

@@ -14,16 +14,16 @@ from fbs import Quantity, Record
 from fbs.errors import FbsError
 from mbs_models.drivetrain import build_drivetrain
 from mbs_models.excitation import Excitation
+from mbs_models.integration.transient_record import TransientRecord
 from mbs_models.linearization import linearize
-from mbs_models.operating_point import OperatingPoint, operating_point
+from mbs_models.meshing.operating_point import OperatingPoint, operating_point
 from mbs_models.parameters import Drivetrain
-from mbs_models.signals import Multisine, Signal
+from mbs_models.signals.lines import Multisine, Signal
 from mbs_models.time_integration import simulate
-from mbs_models.transient_record import TransientRecord
 
 from ..results import Check
 from ..time_domain import with_damping
-from .drive_level import DriveLevels, drive_levels
+from .drive_level import DriveLevels, check_levels, drive_levels
 from .estimates import (
     EstimatedFrfs,
     compare_with_fbs,
@@ -33,9 +33,10 @@ from .estimates import (
     unbent,
 )
 from .gear_run import gear_run
+from .long_records import channels, odd_channels
 from .plan import Plan, plan
 from .results import Request, Simulation
-from .reversal import even_share, odd_part, reversed_excitation
+from .reversal import reversed_excitation
 
 T = TypeVar("T")
 FloatArray = NDArray[np.float64]
@@ -72,11 +73,14 @@ def run_simulation(
         What is asked cannot be run: an unknown DoF, a band beyond Nyquist, an unstable step, a
         duration too short, a run that diverges.
     """
-    return _Run(drivetrain, request, store, progress).simulation()
+    return PlannedRun(drivetrain, request, store, progress).simulation()
 
 
-class _Run:
-    """The steps of a run share what is run, and how it is laid out."""
+class PlannedRun:
+    """A run laid out: what is asked has been checked, and nothing written yet.
+
+    Its steps share what is run and how. Parameters and errors as for `run_simulation`.
+    """
 
     def __init__(
         self, drivetrain: Drivetrain, request: Request, store: Path | None, progress: Progress
@@ -86,9 +90,12 @@ class _Run:
         self.point = _operating_point(self.drivetrain, request)
         self.linear = linearize(build_drivetrain(self.drivetrain))
         self.plan: Plan = plan(self.linear, request, self.point)
+        if request.levels:
+            check_levels(request.excitations, self.point)
         self.seconds: dict[str, float] = {}
 
     def simulation(self) -> Simulation:
+        """Run it, and analyse what comes out."""
         record = self._timed("time integration", lambda: self._record(FORWARD))
         estimated, no_frfs, share = self._frfs(record)
         checks = tuple(check for found in estimated for check in estimate_checks(found))
@@ -144,17 +151,23 @@ class _Run:
     def _frfs(self, record: TransientRecord) -> tuple[tuple[EstimatedFrfs, ...], str, float | None]:
         """FRFs beside FBS', or why there are none, and geometry's even-order share."""
         request = self.request
+        moving: tuple[str, ...] = ()
+        if request.excitations:
+            dofs = [excitation.dof for excitation in request.excitations]
+            moving = responding(self.linear, record.labels, dofs, _band(request.excitations))
         if not request.excitations:
             return (), "nothing excites from outside", None
         if self.point is not None and self.point.mesh_frequencies:
             why = "the meshes excite as well, and their force is no input that can be measured"
             return (), why, None
+        if not moving:
+            return (), "no response moves under these forces, by symmetry", None
         backward = None
         if request.reverse:
             backward = self._timed("reversed run", lambda: self._record(BACKWARD))
         reason = ""
         for quantity in _quantities(request.excitations):
-            measured, share = self._measured(record, backward, quantity)
+            measured, share = self._measured(record, backward, moving, quantity)
             try:
                 estimates = estimate_frfs(measured, request.excitations)
             except FbsError as error:
@@ -166,24 +179,29 @@ class _Run:
         return (), reason, None
 
     def _measured(
-        self, record: TransientRecord, backward: TransientRecord | None, quantity: Quantity
+        self,
+        record: TransientRecord,
+        backward: TransientRecord | None,
+        outputs: tuple[str, ...],
+        quantity: Quantity,
     ) -> tuple[Record, float | None]:
         """Forces and the motion that changes sign with them, after the run-in."""
-        excitations = self.request.excitations
-        inputs = tuple(dict.fromkeys(excitation.dof for excitation in excitations))
-        outputs = responding(self.linear, record.labels, inputs, _band(excitations))
-        first = round(self.plan.run_in * record.sampling_frequency)
-        rows, columns = slice(first, None), [record.labels.index(label) for label in outputs]
-        forward = getattr(record, RECORDED[quantity.derivative])[rows, columns]
+        inputs = tuple(dict.fromkeys(excitation.dof for excitation in self.request.excitations))
+        first, what = round(self.plan.run_in * record.sampling_frequency), quantity.derivative
+        columns = [record.labels.index(label) for label in outputs]
+        forward = getattr(record, RECORDED[what])[first:]
         share = None
-        if backward is not None:
-            other = getattr(backward, RECORDED[quantity.derivative])[rows, columns]
-            share, forward = even_share(forward, other), odd_part(forward, other)
-        forces = record.forces[rows, [record.excitations.index(dof) for dof in inputs]]
-        return (
-            Record(record.sampling_frequency, forces, forward, inputs, outputs, quantity),
-            share,
-        )
+        if backward is None:
+            motion = channels(forward, columns, self._scratch(RECORDED[what]))
+        else:
+            reverse = getattr(backward, RECORDED[what])[first:]
+            motion, share = odd_channels(forward, reverse, columns, self._scratch(RECORDED[what]))
+        rows = [record.excitations.index(dof) for dof in inputs]
+        forces = channels(record.forces[first:], rows, self._scratch("forces"))
+        return Record(record.sampling_frequency, forces, motion, inputs, outputs, quantity), share
+
+    def _scratch(self, name: str) -> Path | None:
+        return self.store and self.store / f"{name}.channels"
 
     def _levels(self, factors: tuple[float, ...]) -> DriveLevels:
         return drive_levels(

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from fbs.spectra import amplitude_spectrum, spectrogram
 from fbs.swept_sine import peak_hold
-from mbs_models.gear_response import rms_per_body
-from mbs_models.sine_signals import SteppedSine, Sweep
+from mbs_models.meshing.gear_response import rms_per_body
+from mbs_models.signals.sines import SteppedSine, Sweep
 
 from .drive_level import DriveLevels, frf_of
 from .estimates import DECIBEL_TOLERANCE, DEGREE_TOLERANCE, EstimatedFrfs
@@ -123,6 +123,8 @@ def _shown(estimated: EstimatedFrfs) -> list[tuple[int, int]]:
 
 def _levels(levels: DriveLevels) -> Section:
     reference = frf_of(levels)
+    if reference is None:
+        return Section("levels", "FRF against drive level", (levels.conclusion,), ())
     at = reference.excitations[0]
     row = reference.responses.index(at) if at in reference.responses else 0
     curves = [

@@ -10,8 +10,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Annotation
 
 from fbs.spectra import amplitude_spectrum, spectrogram
-from mbs_models.gear_lines import MeshTone, gear_lines, measured_lines
-from mbs_models.gear_response import mesh_loads
+from mbs_models.meshing.gear_lines import MeshTone, gear_lines, measured_lines
+from mbs_models.meshing.gear_response import mesh_loads
 from validation.simulation import frf_figures, order_figures, record_figures
 from validation.simulation.frf_figures import (
     FrfPair,

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import ModelError
-from .parameters import Drivetrain, PlanetaryStage
+from ..errors import ModelError
+from ..parameters import Drivetrain, PlanetaryStage
 
 FloatArray = NDArray[np.float64]
 

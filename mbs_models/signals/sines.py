@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import ModelError
-from .signals import FloatArray, require, require_band
+from ..errors import ModelError
+from .lines import FloatArray, require, require_band
 
 
 @dataclass(frozen=True)

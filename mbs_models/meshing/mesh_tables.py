@@ -12,7 +12,7 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from .bodies import Table
+from ..bodies import Table
 from .waveforms import FourierSeries, Trapezoid
 
 # Samples per period of the highest harmonic when its smallest stiffness is looked for: between

@@ -18,7 +18,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import ModelError
+from ..errors import ModelError
 from .line_sum import LineSum
 
 FloatArray = NDArray[np.float64]

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .components import Components
-from .errors import ModelError
-from .linearization import LinearizedSystem
-from .orders import STANDS_STILL, free_motions, speeds
-from .parameters import Drivetrain, Inertia, Part
+from ..components import Components
+from ..errors import ModelError
+from ..linearization import LinearizedSystem
+from ..orders import STANDS_STILL, free_motions, speeds
+from ..parameters import Drivetrain, Inertia, Part
 
 FloatArray = NDArray[np.float64]
 

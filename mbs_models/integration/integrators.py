@@ -19,10 +19,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import ModelError
+from ..errors import ModelError
 
 if TYPE_CHECKING:
-    from .linearization import LinearizedSystem
+    from ..linearization import LinearizedSystem
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

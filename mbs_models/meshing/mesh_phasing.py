@@ -17,9 +17,9 @@ import math
 from dataclasses import dataclass
 from itertools import pairwise
 
-from .errors import ModelError
-from .mode_kinds import Kind
-from .parameters import PlanetaryStage
+from ..errors import ModelError
+from ..mode_kinds import Kind
+from ..parameters import PlanetaryStage
 
 # Of a mesh period: how far a planet angle in a file may be from one at which the planet can be
 # put in (half a degree with a hundred teeth is a rounded angle; half a period is a wrong one).

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .errors import ModelError
+from ..errors import ModelError
 
 FloatArray = NDArray[np.float64]
 

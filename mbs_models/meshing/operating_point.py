@@ -15,19 +15,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .components import Components, mesh_name
-from .drivetrain import build_drivetrain
-from .errors import ModelError
-from .excitation import Excitation
-from .linearization import LinearizedSystem, linearize
+from ..components import Components, mesh_name
+from ..drivetrain import build_drivetrain
+from ..errors import ModelError
+from ..excitation import Excitation
+from ..linearization import LinearizedSystem, linearize
+from ..orders import STANDS_STILL, speeds, teeth_passed
+from ..parameters import Drivetrain, ParallelStage, PlanetaryStage
+from ..placement import facings, turning
+from ..read_back import components
 from .mesh_excitation import CONSTANT, MeshLaw
 from .mesh_phasing import MeshPhases, mesh_phases
 from .mesh_tables import CONSTANT_STIFFNESS, MeshVariation, TransmissionError
-from .orders import STANDS_STILL, speeds, teeth_passed
-from .parameters import Drivetrain, ParallelStage, PlanetaryStage
-from .placement import facings, turning
 from .preload import Constant, preload
-from .read_back import components
 from .static_state import StaticState, mesh_tensions, static_state
 
 FloatArray = NDArray[np.float64]

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from .errors import ModelError
+from ..errors import ModelError
 from .line_sum import LineSum
-from .signals import FloatArray, require
+from .lines import FloatArray, require
 
 # How far a sample may be from the uniform grid, in steps: room for times of few digits.
 UNIFORMITY = 1e-3

@@ -19,8 +19,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import ModelError
 from .aliasing import Folded, aliasing_warning, nothing_folded
-from .errors import ModelError
 from .integrators import Integrator
 from .transient_record import RunDescription, TransientRecord, as_record
 

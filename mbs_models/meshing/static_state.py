@@ -17,12 +17,12 @@ import exudyn as exu
 import numpy as np
 from numpy.typing import NDArray
 
-from .components import Components, Spring, SpringKind
-from .drivetrain import MultibodySystem
-from .errors import ModelError
-from .linearization import LinearizedSystem, coordinate_transform, linearize
+from ..components import Components, Spring, SpringKind
+from ..drivetrain import MultibodySystem
+from ..errors import ModelError
+from ..linearization import LinearizedSystem, coordinate_transform, linearize
+from ..orders import free_motions
 from .mesh_excitation import MeshLaw
-from .orders import free_motions
 
 FloatArray = NDArray[np.float64]
 

@@ -18,15 +18,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from .drivetrain import build_drivetrain
-from .errors import OrbitError
-from .excitation import Excitation
+from ..drivetrain import build_drivetrain
+from ..errors import OrbitError
+from ..excitation import Excitation
+from ..linearization import LinearizedSystem, coordinate_transform, linearize
+from ..mode_kinds import rigid_body_count
+from ..parameters import Drivetrain
+from ..signals.lines import Multisine
 from .integrators import KNOWN_BEND
-from .linearization import LinearizedSystem, coordinate_transform, linearize
-from .mode_kinds import rigid_body_count
-from .parameters import Drivetrain
 from .probes import INITIAL, NodeSensors, add_force, solver_settings
-from .signals import Multisine
 from .steady_state import steady_lines
 
 FloatArray = NDArray[np.float64]

@@ -1,0 +1,1 @@
+"""What integrating exudyn systems in time takes: integrators, sensors, stores, steady states."""

@@ -1,0 +1,1 @@
+"""Gears that excite: varying meshes and their phases, operating points, and what they cause."""

@@ -1,0 +1,1 @@
+"""Signals a drivetrain is excited with: a force over time, known at any instant."""
