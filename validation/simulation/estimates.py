@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import stdtrit
 
 from fbs import Estimate, Frf, Quantity, Record, averaged_frf, impulse_frf, periodic_frf
 from fbs.errors import FbsError
@@ -49,9 +50,12 @@ REASON = (
     "and taken out; what is left is geometry, which is not quite linear, and what a transient "
     "keeps at its end"
 )
-# An averaged estimate scatters by ε = √((1 − γ²)/(2 n γ²)) (Bendat & Piersol 2010, ch. 9): of so
-# many lines and responses the largest stays below this many ε but once in a thousand runs.
-SCATTER = 6.0
+# An averaged estimate scatters by ε = √((1 − γ²)/(2 n γ²)) (Bendat & Piersol 2010, ch. 9), with
+# several inputs times √(G_yy/|H|²G_ff) for the response to the others. With ε itself estimated the
+# ratio is Student's t of 2(n − n_inputs) degrees of freedom: one run in so many has a single line
+# beyond what is allowed.
+ONE_RUN_IN = 1000.0
+LOST = 0.5  # of |H|: where an estimate may scatter by more it says nothing, and is not compared
 # What is left of a response at the end of a record that is transformed whole, of its peak: cut
 # off, it would leak by as much.
 REMAINDER = 1e-3
@@ -68,9 +72,10 @@ class EstimatedFrfs:
     reference
         The same FRFs by FBS.
     compared
-        (n_line, n_response, n_excitation) lines within 80 dB of each FRF's peak.
+        (n_line, n_response, n_excitation) lines within 80 dB of each FRF's peak, where an averaged
+        estimate scatters by less than half of it.
     allowed_db
-        (n_line, n_response) the tolerance, with the estimator's own scatter.
+        (n_line, n_response, n_excitation) the tolerance, with the estimator's own scatter.
     """
 
     estimate: Estimate
@@ -209,8 +214,21 @@ def unbent(estimate: Estimate, integrator: Integrator) -> Estimate:
     return replace(estimate, frf=frf.to(Quantity.RECEPTANCE))
 
 
-def compare_with_fbs(estimate: Estimate, drivetrain: Drivetrain) -> EstimatedFrfs:
-    """FBS' FRFs at the lines of a receptance, and where the two are compared."""
+def compare_with_fbs(
+    estimate: Estimate, drivetrain: Drivetrain, power: FloatArray | None = None
+) -> EstimatedFrfs:
+    """FBS' FRFs at the lines of a receptance, and where the two are compared.
+
+    Parameters
+    ----------
+    estimate
+        The receptance.
+    drivetrain
+        As it was run.
+    power
+        (n_excitation,) of the inputs, in any unit, all in one band: how much of the scatter each
+        has; equal if not given.
+    """
     frf = estimate.frf
     reference = replace(frf, values=_by_fbs(frf, drivetrain))
     size = np.abs(reference.values)
@@ -218,7 +236,15 @@ def compare_with_fbs(estimate: Estimate, drivetrain: Drivetrain) -> EstimatedFrf
     # What symmetry keeps still is zero: what moves it is not linear.
     responding = peak > ZERO * peak.max(axis=0)
     compared = responding & (size >= peak * 10.0 ** (-DYNAMIC_RANGE_DB / 20.0))
-    return EstimatedFrfs(estimate, reference, compared, _allowed(estimate))
+    scatter = _scatter(
+        estimate, reference.values, np.ones(len(frf.excitations)) if power is None else power
+    )
+    return EstimatedFrfs(
+        estimate,
+        reference,
+        compared & (scatter < LOST),
+        np.asarray(DECIBEL_TOLERANCE + 20.0 / np.log(10.0) * scatter),
+    )
 
 
 def _by_fbs(frf: Frf, drivetrain: Drivetrain) -> ComplexArray:
@@ -233,13 +259,18 @@ def _by_fbs(frf: Frf, drivetrain: Drivetrain) -> ComplexArray:
     )
 
 
-def _allowed(estimate: Estimate) -> FloatArray:
-    shape = estimate.frf.values.shape[:2]
+def _scatter(estimate: Estimate, reference: ComplexArray, power: FloatArray) -> FloatArray:
+    """What an averaged estimate may scatter by, relative; 0 of others (n_line, n_resp., n_exc.)."""
     if estimate.kind not in ("H1", "H2", "Hv") or estimate.coherence is None:
-        return np.full(shape, DECIBEL_TOLERANCE)
-    coherence = np.maximum(estimate.coherence, np.finfo(float).tiny)
-    scatter = np.sqrt((1.0 - coherence) / (2.0 * estimate.n_averages * coherence))
-    return np.asarray(DECIBEL_TOLERANCE + SCATTER * 20.0 / np.log(10.0) * scatter)
+        return np.zeros(reference.shape)
+    tiny, n = np.finfo(float).tiny, estimate.n_averages
+    coherence = np.maximum(estimate.coherence, tiny)[:, :, None]
+    # Σ_k |H_ik|² G_kk / (|H_ij|² G_jj): the responses to other inputs are noise to this one's.
+    parts = np.abs(reference) ** 2 * power
+    others = parts.sum(axis=2, keepdims=True) / np.maximum(parts, tiny)
+    freedom = 2 * (n - reference.shape[2])
+    largest = stdtrit(freedom, 1.0 - 1.0 / (2.0 * ONE_RUN_IN * reference.size))
+    return np.asarray(largest * np.sqrt((1.0 - coherence) / (2.0 * n * coherence) * others))
 
 
 def estimate_checks(found: EstimatedFrfs) -> list[Check]:
@@ -247,13 +278,13 @@ def estimate_checks(found: EstimatedFrfs) -> list[Check]:
     frf = found.estimate.frf
     count = len(frf.responses) * len(frf.excitations)
     subject = f"{count} FRF{'s' if count > 1 else ''} from {', '.join(frf.excitations)}"
-    share = found.allowed_db[:, :, None] / DECIBEL_TOLERANCE
+    share = found.allowed_db / DECIBEL_TOLERANCE
     magnitude, phase = found.decibels / share, found.degrees / share
     reason = REASON
     if found.estimate.kind in ("H1", "H2", "Hv"):
         reason += (
-            "; an averaged estimate is allowed the scatter that its coherence explains on top, "
-            f"{SCATTER:g} standard deviations"
+            "; an averaged estimate is allowed the scatter that its coherence explains on top, as "
+            f"one run in {ONE_RUN_IN:g} has it on a single line"
         )
     check = Check(
         f"FRFs from time integration ({found.estimate.kind}), magnitude", subject, (FBS, ROUTE),

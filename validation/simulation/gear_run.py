@@ -32,7 +32,10 @@ FloatArray = NDArray[np.float64]
 
 HARMONICS = 4  # of a mesh that are named and followed
 PASSES = 2  # planet passings either side of a harmonic that are named
+LEAST_TURNS = 4.0  # of a carrier in the measured part: a Hann window's lines are four bins wide
 FLOQUET_HARMONICS, LEAST_FLOQUET = 6.0, 2e4  # modes up to here (Hz) are in Floquet's system
+# Samples transformed at once: spectra of a longer run are averaged, and a sensor hears its end.
+LONGEST_SPECTRUM = 1 << 20
 WINDOW_HARMONICS = 12  # of the transfer path from ring mesh to sensor
 
 
@@ -50,9 +53,9 @@ class RingSensor:
         (nf, 1) N.
     lines
         The lines named.
-    orders, measured, expected
-        Orders of the carrier around the mesh's harmonics, and the amplitude of each (N): as in the
-        run, and from tooth numbers and the first planet's mesh force alone.
+    orders, frequency, measured, expected
+        Orders of the carrier around the mesh's harmonics, their frequencies (Hz), and the amplitude
+        of each (N): as in the run, and from tooth numbers and the first planet's mesh force alone.
     """
 
     stage: str
@@ -60,6 +63,7 @@ class RingSensor:
     spectrum: Spectrum
     lines: tuple[MeasuredLine, ...]
     orders: NDArray[np.int_]
+    frequency: FloatArray
     measured: FloatArray
     expected: FloatArray
 
@@ -108,7 +112,7 @@ class GearRun:
     lines
         Mesh → its named lines.
     sensors
-        One for each planetary stage that turns.
+        One for each planetary stage that turns so often that its sidebands can be told apart.
     phasing
         Stage → what each harmonic of its mesh excites, where tooth numbers tell.
     stability
@@ -148,7 +152,8 @@ def gear_run(
     tones = mesh_tones(drivetrain, point.mesh_frequencies, point.speeds)
     if not tones:
         return GearRun(point, loads, forces, None, {}, (), {})
-    spectrum = amplitude_spectrum(forces, rate)
+    length = min(len(forces), LONGEST_SPECTRUM)
+    spectrum = amplitude_spectrum(forces, rate, resolution=rate / length)
     named = gear_lines(tones, harmonics=HARMONICS, sidebands=0, highest=rate / 2.0)
     return GearRun(
         point=point,
@@ -159,7 +164,7 @@ def gear_run(
             mesh: measured_lines(named, spectrum.frequency, spectrum.values[:, column])
             for column, mesh in enumerate(record.meshes)
         },
-        sensors=tuple(_sensors(drivetrain, point, measured, tones)),
+        sensors=tuple(_sensors(drivetrain, point, measured.span(len(forces) - length), tones)),
         phasing=_phasing(drivetrain, point),
         stability=_stability(drivetrain, point),
     )
@@ -203,7 +208,10 @@ def _sensors(
     for stage in drivetrain.stages:
         tone = next((tone for tone in tones if tone.name == f"mesh {stage.name}"), None)
         phases = point.phases.get(stage.name)
-        if isinstance(stage, PlanetaryStage) and tone is not None and phases is not None:
+        if not isinstance(stage, PlanetaryStage) or tone is None or phases is None:
+            continue
+        turns = abs(tone.carrier_frequency) * record.n_samples / record.sampling_frequency
+        if turns >= LEAST_TURNS:
             found.append(_sensor(stage, tone, phases.ring, record))
     return found
 
@@ -243,17 +251,20 @@ def _sensor(
     near = [
         band
         for band in expected
-        if abs(band.offset) <= PASSES * stage.planet_count
-        and 0.0 < band.order * passing < rate / 2.0
-        and band.harmonic
+        if band.harmonic and abs(band.offset) <= PASSES * stage.planet_count
     ]
-    orders = np.array([band.order for band in near])
+    # Not order · f_c: radii in a file fit the teeth within their rounding only.
+    frequency = np.array(
+        [band.harmonic * tone.mesh_frequency + band.offset * passing for band in near]
+    )
+    shown = (frequency > 0.0) & (frequency < rate / 2.0)
     return RingSensor(
-        stage.name,
-        passing,
-        spectrum,
-        measured_lines(lines, spectrum.frequency, spectrum.values[:, 0]),
-        orders,
-        np.abs(line_amplitudes(felt, rate, orders * passing)),
-        np.array([band.amplitude for band in near]),
+        stage=stage.name,
+        passing=passing,
+        spectrum=spectrum,
+        lines=measured_lines(lines, spectrum.frequency, spectrum.values[:, 0]),
+        orders=np.array([band.order for band in near])[shown],
+        frequency=frequency[shown],
+        measured=np.abs(line_amplitudes(felt, rate, frequency[shown])),
+        expected=np.array([band.amplitude for band in near])[shown],
     )

@@ -14,6 +14,7 @@ from mbs_models.errors import ModelError
 from .reversal import odd_part
 
 FloatArray = NDArray[np.float64]
+IndexArray = NDArray[np.int_]
 
 PIECE = 1 << 16  # samples at a time
 IN_MEMORY = 1 << 26  # bytes that need no file
@@ -65,6 +66,27 @@ def odd_channels(
 def pieces(count: int) -> list[slice]:
     """Slices of ``PIECE`` samples that make up ``count``."""
     return [slice(first, first + PIECE) for first in range(0, count, PIECE)]
+
+
+def thinned(samples: FloatArray, stretches: int) -> FloatArray:
+    """Smallest and largest sample of each of so many stretches, in turn; all, where they are few.
+
+    A drawing of it looks like one of all samples, (n,), and a memory map is read but once.
+    """
+    if len(samples) <= 2 * stretches:
+        return np.asarray(samples)
+    starts = _starts(len(samples), stretches)
+    low, high = np.minimum.reduceat(samples, starts), np.maximum.reduceat(samples, starts)
+    return np.stack([low, high], axis=1).ravel()
+
+
+def thinned_places(count: int, stretches: int) -> IndexArray:
+    """The samples at which `thinned` puts what it keeps."""
+    return np.arange(count) if count <= 2 * stretches else np.repeat(_starts(count, stretches), 2)
+
+
+def _starts(count: int, stretches: int) -> IndexArray:
+    return np.linspace(0, count, stretches, endpoint=False, dtype=int)
 
 
 def _room(shape: tuple[int, int], scratch: Path | None) -> FloatArray:

@@ -33,6 +33,7 @@ PERIODS = 2  # on the periodic orbit: one would do, the second shows that it rep
 MESH_HARMONICS = 6
 LOWEST_FMAX = 1000.0  # Hz; a turning gearbox is looked at up to here at least
 MESH_PERIODS = 200  # of the slowest mesh that are measured
+CARRIER_TURNS = 10  # and of the slowest carrier: sidebands are one turn's frequency apart
 LONGEST = 60.0  # s of a run whose length nobody asked for
 
 
@@ -189,12 +190,24 @@ def _duration(
         return request.duration, min(run_in, request.duration / 2.0)
     measured = LONGEST / 2.0
     if turning and point is not None:
-        measured = max(MESH_PERIODS / min(point.mesh_frequencies.values()), 1.0)
+        turns = max((CARRIER_TURNS / rate for rate in carrier_rates(point).values()), default=0.0)
+        measured = max(MESH_PERIODS / min(point.mesh_frequencies.values()), turns, 1.0)
     return run_in + measured, run_in
 
 
 def _given(request: Request, otherwise: float) -> float:
     return otherwise if request.duration is None else request.duration
+
+
+def carrier_rates(point: OperatingPoint) -> dict[str, float]:
+    """Planetary stage → how often its carrier passes the ring (Hz), of those that turn."""
+    speeds = point.speeds
+    rates = {
+        stage: abs(speeds[f"{stage}.carrier"] - speeds[f"{stage}.ring"]) / (2.0 * np.pi)
+        for stage in point.mesh_frequencies
+        if f"{stage}.carrier" in speeds
+    }
+    return {stage: rate for stage, rate in rates.items() if rate > 0.0}
 
 
 def _until(share: float, decay: float) -> float:

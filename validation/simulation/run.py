@@ -174,7 +174,15 @@ class PlannedRun:
                 reason = str(error)
                 continue
             integrator = record.integrator
-            found = [compare_with_fbs(unbent(e, integrator), self.drivetrain) for e in estimates]
+            power = measured.inputs.var(axis=0)
+            found = [
+                compare_with_fbs(
+                    unbent(e, integrator),
+                    self.drivetrain,
+                    power if len(estimates) == 1 else None,
+                )
+                for e in estimates
+            ]
             return tuple(found), "", share
         return (), reason, None
 

@@ -1,0 +1,186 @@
+"""The same FRFs from multisines, sweeps, impacts and noise, against FBS."""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+import pytest
+
+from fbs import averaged_frf
+from mbs_models.excitation import Excitation
+from mbs_models.model_file import load
+from mbs_models.signals.lines import (
+    BandNoise,
+    Harmonic,
+    Signal,
+    schroeder_multisine,
+    zippered,
+)
+from mbs_models.signals.sines import HalfSine, Sweep
+from validation.simulation.output import accelerations
+from validation.simulation.requested import default_excitation
+from validation.simulation.results import Request, Simulation
+from validation.simulation.run import run_simulation
+
+SUN, CARRIER = "planetary.sun.u", "planetary.carrier.w"
+MULTISINE = schroeder_multisine(100.0, 3000.0, 20.0, 0.01)
+
+
+@functools.cache
+def ran(*signals: Signal, duration: float | None = None, reverse: bool = True) -> Simulation:
+    """Lin & Parker's four planets under a signal at the sun, and a second at the carrier."""
+    excitations = tuple(Excitation(*pair) for pair in zip((SUN, CARRIER), signals, strict=False))
+    request = Request(excitations=excitations, duration=duration, reverse=reverse)
+    return run_simulation(load("lin-parker-4"), request)
+
+
+def test_a_multisine_on_its_orbit_has_fbs_frfs_to_round_off() -> None:
+    """The trapezoidal rule's own frequencies are exact: measured 5e-6 dB, springs' round-off."""
+    request = Request(excitations=(Excitation(SUN, MULTISINE),))
+    (found,) = run_simulation(load("lin-parker-4"), request).estimated
+    assert found.estimate.kind == "periodic"
+    assert found.decibels.max() < 1e-4
+    assert found.degrees.max() < 1e-3
+
+
+def test_the_default_excitation_of_the_paper() -> None:
+    """Hub of 7.5 MHz and 42 Hz mode included; measured 1e-4 dB."""
+    paper = load("paper")
+    found = run_simulation(paper, Request(excitations=(default_excitation(paper),)))
+    assert found.borrowed_damping
+    assert found.agrees
+    assert found.estimated[0].decibels.max() < 1e-2
+
+
+def test_a_sweep_and_an_impact_transformed_whole() -> None:
+    """0.1 dB: what is left at the end of a transient, 1e-4 of a motion, on lines to 80 dB below."""
+    for signal in (
+        Sweep(100.0, 3000.0, 0.3, 0.01, logarithmic=True, taper=0.02),
+        HalfSine(0.01, 5e-4),
+    ):
+        simulation = ran(signal)
+        assert simulation.agrees, [check.findings for check in simulation.checks]
+        assert simulation.estimated[0].decibels.max() <= 0.1
+        assert simulation.even_share is not None
+        assert simulation.even_share < 1e-5  # gears turned by 1e-7 rad: even orders are as small
+
+
+def test_noise_with_h1_agrees_within_its_scatter() -> None:
+    simulation = ran(BandNoise(100.0, 3000.0, 0.01, 4.0), duration=4.0, reverse=False)
+    (found,) = simulation.estimated
+    assert found.estimate.kind == "H1"
+    assert simulation.agrees, [check.findings for check in simulation.checks]
+    # 15 averages of lines that resolve the modes: half of the lines are within 0.05 dB.
+    assert np.median(found.decibels[found.compared]) < 0.05
+    assert found.estimate.coherence is not None
+    assert np.median(found.estimate.coherence) > 0.999
+
+
+@pytest.mark.oracle
+def test_pyfrf_estimates_the_same_of_this_run() -> None:
+    pyfrf = pytest.importorskip("pyFRF").FRF
+    simulation = ran(BandNoise(100.0, 3000.0, 0.01, 4.0), duration=4.0, reverse=False)
+    record = accelerations(simulation)
+    segment, rate = 1 << 14, int(record.sampling_frequency)
+    columns = [simulation.record.labels.index(label) for label in (SUN, "planetary.ring.v")]
+    peer = pyfrf(
+        rate,
+        exc=record.inputs.T[None].copy(),
+        resp=record.outputs[:, columns].T[None].copy(),
+        exc_type="f",
+        resp_type="a",
+        window="hann",
+        nperseg=segment,
+        noverlap=segment // 2,
+        fft_len=segment,
+    )
+    ours = averaged_frf(record, segment, window=np.hanning(segment), fmin=100.0, fmax=3000.0)
+    lines = np.searchsorted(peer.get_f_axis(), ours.frf.frequency - 1e-6)
+    expected = np.moveaxis(peer.get_FRF(frf_estimator="H1", frf_form="accelerance"), -1, 0)[lines]
+    actual = ours.frf.values[:, columns]
+    # Both average the same windowed segments: round-off of the sums.
+    assert np.abs(actual - expected).max() < 1e-9 * np.abs(expected).max()
+
+
+def test_two_noises_at_once() -> None:
+    """H1 tells them apart; a response to one is noise to the other, and allowed for."""
+    simulation = ran(
+        BandNoise(100.0, 3000.0, 0.01, 4.0, seed=1),
+        BandNoise(100.0, 3000.0, 0.01, 4.0, seed=2),
+        duration=4.0,
+        reverse=False,
+    )
+    (found,) = simulation.estimated
+    assert found.estimate.frf.values.shape[2] == 2
+    assert simulation.agrees, [check.findings for check in simulation.checks]
+    assert found.compared.any(axis=0).sum() > 20
+
+
+def test_two_multisines_share_their_lines() -> None:
+    """Each input at its own lines, no leakage: as exact as one alone."""
+    parts = zippered(schroeder_multisine(100.0, 3000.0, 10.0, 0.01), 2)
+    excitations = tuple(Excitation(*pair) for pair in zip((SUN, CARRIER), parts, strict=True))
+    simulation = run_simulation(load("lin-parker-4"), Request(excitations=excitations))
+    assert [found.estimate.frf.excitations for found in simulation.estimated] == [
+        (SUN,),
+        (CARRIER,),
+    ]
+    assert max(found.decibels.max() for found in simulation.estimated) < 1e-4
+
+
+def test_a_sine_has_no_frf_but_runs() -> None:
+    simulation = ran(Harmonic(0.01, 500.0), reverse=False)
+    assert simulation.estimated == ()
+    assert "a sine excites but one line" in simulation.no_frfs
+
+
+def test_a_force_that_bends_geometry_is_told_as_that() -> None:
+    """Rotations of 1e-3 rad: the hint says that a tenth of the force is off by less."""
+    strong = schroeder_multisine(100.0, 3000.0, 20.0, 2000.0)
+    request = Request(excitations=(Excitation("planetary.sun.w", strong),))
+    simulation = run_simulation(load("lin-parker-4"), request)
+    assert not simulation.agrees
+    assert "At a tenth of the force" in simulation.hints[0]
+    assert "not linear" in simulation.hints[0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "signal",
+    [
+        Sweep(10.0, 4000.0, 2.0, 0.01, logarithmic=True, taper=0.05),
+        HalfSine(0.1, 3e-4),
+    ],
+    ids=["sweep", "impact"],
+)
+def test_transients_of_the_paper(signal: Signal) -> None:
+    """0.1 dB and 1° from 10 Hz to 4 kHz, lines within 80 dB of each peak, at pinion w."""
+    request = Request(
+        excitations=(Excitation("reducer.pinion.w", signal),),
+        responses=(
+            "reducer.pinion.w", "reducer.wheel.w", "reducer.pinion.y", "reducer.wheel.y",
+            "coupling.w", "planetary.sun.w", "planetary.carrier.w", "planetary.ring.w",
+            "planetary.planet1.w", "planetary.planet1.u",
+        ),
+    )  # fmt: skip
+    simulation = run_simulation(load("paper"), request)
+    (found,) = simulation.estimated
+    lines = found.reference.frequency >= 10.0
+    assert len(found.reference.responses) == 10  # all of them move
+    assert found.decibels[lines].max() <= 0.1
+    assert found.degrees[lines].max() <= 1.0
+
+
+@pytest.mark.slow
+def test_noise_on_the_paper() -> None:
+    """The 42 Hz mode needs segments of seconds; lines it leaks to have low coherence."""
+    noise = BandNoise(10.0, 1000.0, 0.01, 60.0)
+    request = Request(
+        excitations=(Excitation("reducer.pinion.w", noise),),
+        responses=("reducer.pinion.w", "reducer.wheel.w", "coupling.w", "planetary.sun.w"),
+        duration=60.0,
+        reverse=False,
+    )
+    simulation = run_simulation(load("paper"), request)
+    assert simulation.agrees, [check.findings for check in simulation.checks]

@@ -1,0 +1,168 @@
+"""Gearboxes at speed and under load: mesh forces, sidebands, phasing, stability, lift-off."""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+import pytest
+
+from mbs_models.excitation import Excitation
+from mbs_models.meshing.operating_point import operating_point
+from mbs_models.mode_kinds import Kind, family_bases
+from mbs_models.parameters import PlanetaryStage
+from mbs_models.signals.lines import schroeder_multisine
+from tests.geared import lin_parker, speed_for
+from validation.errors import CommandError
+from validation.floquet import parametric_system, tongues
+from validation.simulation.results import Request, Simulation
+from validation.simulation.run import run_simulation
+
+VARYING = {
+    "sun_mesh_variation": {"shape": "trapezoid", "contact_ratio": 1.6, "amplitude": 0.3},
+    "ring_mesh_variation": {"shape": "trapezoid", "contact_ratio": 1.8, "amplitude": 0.2},
+}
+DAMPING = {"beta": 2e-6, "alpha": 20.0}  # 4.6 % at 740 Hz: a run settles within 0.1 s
+
+
+@functools.cache
+def at_speed(planets: int = 4, mesh_frequency: float = 2000.0) -> Simulation:
+    drivetrain = lin_parker(planets, **DAMPING, **VARYING)
+    request = Request(
+        speed_rpm=speed_for(drivetrain, mesh_frequency), torque=20.0, duration=0.5, fmax=8000.0
+    )
+    return run_simulation(drivetrain, request)
+
+
+def test_mesh_forces_carry_the_torque() -> None:
+    """Mean: T = N r_s F of the sun's meshes; ring meshes carry as much."""
+    simulation = at_speed()
+    assert simulation.gears is not None
+    stage = simulation.drivetrain.stages[0]
+    assert isinstance(stage, PlanetaryStage)
+    static = 20.0 / (4 * stage.sun.base_radius)
+    for load in simulation.gears.loads:
+        # k(t) has the mean k_m, but the force k(t)δ(t) has a mean of its own, of second order.
+        assert abs(load.mean) == pytest.approx(static, rel=0.02)
+        assert load.open_share == 0.0
+        assert load.dynamic_factor is not None
+        assert 1.001 < load.dynamic_factor < 2.0
+
+
+def test_no_frfs_where_the_meshes_excite() -> None:
+    simulation = at_speed()
+    assert simulation.estimated == ()
+    assert simulation.no_frfs == "nothing excites from outside"
+
+
+SOME = [pytest.param(3, marks=pytest.mark.slow), 4, pytest.param(5, marks=pytest.mark.slow)]
+
+
+@pytest.mark.parametrize("planets", SOME)
+def test_sidebands_stand_where_tooth_numbers_put_them(planets: int) -> None:
+    """Orders k of the carrier with Σ e^{jkψ} ≠ 0 and no others (McFadden & Smith 1985).
+
+    Steady to 1e-3: the run-in leaves that much of the slowest mode.
+    """
+    simulation = at_speed(planets)
+    assert simulation.gears is not None
+    (sensor,) = simulation.gears.sensors
+    largest = sensor.expected.max()
+    np.testing.assert_allclose(sensor.measured, sensor.expected, atol=2e-3 * largest)
+    silent = sensor.orders % planets != 0
+    assert silent.sum() > planets
+    assert sensor.measured[silent].max() < 2e-3 * largest
+    assert sensor.measured[~silent].max() == pytest.approx(largest, rel=2e-3)
+    teeth = simulation.drivetrain.stages[0].ring.teeth
+    assert sensor.passing * teeth == pytest.approx(2000.0, rel=0.02)  # teeth and radii: within 2 %
+
+
+@pytest.mark.parametrize("planets", SOME[1:])
+def test_phasing_silences_two_families_of_three(planets: int) -> None:
+    """l z_s mod N: 27 teeth on 4 or 5 planets (Parker 2000; Ambarisha & Parker 2006)."""
+    simulation = at_speed(planets)
+    assert simulation.gears is not None
+    told = {p.harmonic: p.excited for p in simulation.gears.phasing["planetary"]}
+    number = {1: 27 % planets, 2: 54 % planets}
+    assert told[1] == (Kind.TRANSLATIONAL if number[1] in (1, planets - 1) else Kind.PLANET)
+    stage = simulation.drivetrain.stages[0]
+    assert isinstance(stage, PlanetaryStage)
+    for harmonic in (1, 2):
+        shares = _family_shares(simulation, stage, harmonic)
+        excited = shares.pop(told[harmonic])
+        assert max(shares.values()) < 2e-3 * excited, (harmonic, told[harmonic], shares)
+
+
+def _family_shares(
+    simulation: Simulation, stage: PlanetaryStage, harmonic: int
+) -> dict[Kind, float]:
+    """Size of each family's part of the acceleration at a mesh harmonic."""
+    from fbs.spectra import line_amplitudes
+
+    record = simulation.record
+    assert simulation.gears is not None
+    assert record.acceleration is not None
+    frequency = harmonic * simulation.gears.point.mesh_frequencies["planetary"]
+    measured = record.span(round(simulation.run_in * record.sampling_frequency))
+    lines = line_amplitudes(measured.acceleration, record.sampling_frequency, [frequency])[0]
+    found = {}
+    rest = float(np.linalg.norm(lines)) ** 2
+    for kind, (labels, basis) in family_bases(stage).items():
+        rows = [record.labels.index(label) for label in labels]
+        found[Kind(kind)] = float(np.linalg.norm(basis.T @ lines[rows]))
+        rest -= found[Kind(kind)] ** 2
+    return found | {Kind.PLANET: max(rest, 0.0) ** 0.5}
+
+
+def test_floquet_tells_a_stable_from_an_unstable_speed() -> None:
+    assert at_speed().gears is not None
+    assert at_speed().gears.stability is not None  # type: ignore[union-attr]
+    assert at_speed().gears.stability.growth_rate < 0.0  # type: ignore[union-attr]
+    drivetrain = lin_parker(
+        4, beta=1e-8, sun_mesh_variation={"shape": "harmonics", "harmonics": [[0.6, 0.0]]}
+    )
+    probe = operating_point(drivetrain, speed_rpm=1000.0)
+    system = parametric_system(drivetrain, probe.laws, highest_hz=2e4)
+    widest = tongues(system, [1])[0]
+    request = Request(
+        speed_rpm=speed_for(drivetrain, widest.centre), torque=1.0, duration=2e-3, fmax=3e4
+    )
+    simulation = run_simulation(drivetrain, request)
+    assert simulation.gears is not None
+    assert simulation.gears.stability is not None
+    assert simulation.gears.stability.growth_rate > 0.5 * widest.growth_rate
+    assert "Parametric instability" in simulation.gears.stability.in_words
+
+
+def test_frfs_leave_fbs_where_teeth_lift_off() -> None:
+    """Backlash is closed while the dynamic mesh force stays below the static one.
+
+    The level at which it reaches it follows from the first run, which is linear.
+    """
+    drivetrain = lin_parker(4, **DAMPING, sun_mesh_backlash=2e-5)
+    signal = schroeder_multisine(200.0, 3000.0, 50.0, 0.005)
+    excitation = Excitation("planetary.sun.w", signal)
+    first = run_simulation(drivetrain, Request(excitations=(excitation,), torque=2.0))
+    assert first.agrees, [check.findings for check in first.checks]
+    assert first.gears is not None
+    lift_off = min(
+        abs(load.mean) / (load.largest - abs(load.mean))
+        for load in first.gears.loads
+        if ".sun" in load.name
+    )
+    levels = (0.5 * lift_off, 4.0 * lift_off)
+    request = Request(excitations=(excitation,), torque=2.0, levels=levels, reverse=False)
+    simulation = run_simulation(drivetrain, request)
+    assert simulation.levels is not None
+    below, beyond = simulation.levels.levels
+    assert below.worst_db <= 0.1
+    assert beyond.worst_db > 1.0
+    assert "FBS no longer applies" in simulation.levels.conclusion
+
+
+def test_levels_of_meshes_that_vary_are_refused() -> None:
+    drivetrain = lin_parker(4, **VARYING)
+    excitation = Excitation("planetary.sun.w", schroeder_multisine(200.0, 3000.0, 50.0, 0.05))
+    request = Request(excitations=(excitation,), speed_rpm=1000.0, levels=(1.0, 10.0))
+    with pytest.raises(CommandError, match="needs meshes that do not vary"):
+        run_simulation(drivetrain, request)
