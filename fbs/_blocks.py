@@ -11,6 +11,8 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
+from .blas_threads import one_blas_thread
+
 Task = TypeVar("Task")
 
 SPAN = 2**14
@@ -42,13 +44,21 @@ def each(job: Callable[[Task], None], tasks: Iterable[Task], nbytes: int) -> Non
     """
     waiting = list(tasks)
     workers = min(cores(), len(waiting), nbytes // WORTH_A_THREAD)
-    if workers < 2:
-        for task in waiting:
+    queue = iter(waiting)
+
+    def work() -> None:
+        for task in queue:
             job(task)
-        return
-    with ThreadPoolExecutor(workers) as pool:
-        for _ in pool.map(job, waiting):  # raises what a job raised
-            pass
+
+    with one_blas_thread():
+        if workers < 2:
+            work()
+            return
+        with ThreadPoolExecutor(workers - 1) as pool:
+            others = [pool.submit(work) for _ in range(workers - 1)]
+            work()
+            for other in others:
+                other.result()  # raises what a job raised
 
 
 def stretches(size: int, step: int) -> Iterator[slice]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
+from math import isqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -12,18 +13,16 @@ from numpy.typing import NDArray
 
 from ._blocks import SPAN, each, stretches
 from ._checks import ComplexArray, FloatArray
+from ._finite import surely_finite
 
-LINES = 64
-"""Lines per matrix product: 128 real columns keep BLAS's kernels busy."""
+LINES = 128
+"""Lines per matrix product: 256 real columns keep BLAS's kernels busy."""
 
-TERMS = 64
+TERMS = 128
 """Terms per matrix product, at most; the others are added in the cache."""
 
-PRODUCT = 2**18
-"""m n k of the largest real product that OpenBLAS leaves on the thread that asks for it.
-
-That is 65536 times its GEMM_MULTITHREAD_THRESHOLD of 4. Above it, two threads wait for each other.
-"""
+ROWS = 64
+"""FRFs per matrix product, a square number: fewer cost more each, more fill the cache."""
 
 TILE = 2**21
 """Bytes of FRFs between the products and the result: they stay in the cache in between."""
@@ -56,18 +55,19 @@ class WeightedSum:
     gains: Gains
     symmetric: bool = False
 
-    def __call__(self, omega: FloatArray) -> tuple[ComplexArray, NDArray[np.bool_]]:
-        """Return H, shape (n_response, n_excitation, nf), and which lines lie on a pole."""
+    def __call__(self, omega: FloatArray) -> Summed:
+        """Return H, and what was seen of it on the way."""
         n_response, n_excitation, n_terms = self.shape
         values = np.empty((n_response, n_excitation, omega.size), dtype=complex)
         singular = np.zeros(omega.size, dtype=bool)
         tiles = list(self._tiles())
+        doubtful: list[list[_Run]] = []
         for lines in stretches(omega.size, _span(n_terms, values.nbytes)):
             gains, singular[lines] = self._gains(omega[lines])
             part = values[:, :, lines]
-            fill = partial(self._fill, part, gains)
+            fill = partial(self._fill, part, gains, doubtful)
             each(fill, tiles, part.nbytes)
-        return values, singular
+        return Summed(values, singular, not doubtful)
 
     def _gains(self, omega: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
         """Gains of some lines as pairs of real columns, shape (n_block, n_term, 2 LINES)."""
@@ -83,25 +83,31 @@ class WeightedSum:
         return values.view(float), singular.ravel()[: omega.size]
 
     def _tiles(self) -> Iterator[list[_Run]]:
-        """Cut the FRFs to compute into lists of runs, each list one matrix product."""
-        n_response, n_excitation, n_terms = self.shape
-        limit = PRODUCT // (2 * LINES * max(1, min(n_terms, TERMS)))
-        tile: list[_Run] = []
-        free = limit
-        for i in range(n_response):
-            first = i if self.symmetric else 0
-            for columns in stretches(n_excitation - first, limit):
-                run = _Run(i, first + columns.start, first + columns.stop)
-                if run.size > free:
-                    yield tile
-                    tile, free = [], limit
-                tile.append(run)
-                free -= run.size
-        if tile:
-            yield tile
+        """Cut the FRFs to compute into lists of runs, each list one matrix product.
 
-    def _fill(self, values: ComplexArray, gains: FloatArray, tile: list[_Run]) -> None:
-        """Write the FRFs of a tile, and their mirror images."""
+        Squares, where there are mirror images: both stand in a few long runs of memory then, whose
+        pages are still in the cache, from when the system cleared them, when all is written.
+        """
+        n_response, n_excitation, _ = self.shape
+        width = isqrt(ROWS) if self.symmetric else min(ROWS, max(1, n_excitation))
+        for rows in stretches(n_response, ROWS // width):
+            for columns in stretches(n_excitation, width):
+                runs = [
+                    _Run(i, max(columns.start, i if self.symmetric else 0), columns.stop)
+                    for i in range(rows.start, rows.stop)
+                ]
+                tile = [run for run in runs if run.size > 0]
+                if tile:
+                    yield tile
+
+    def _fill(
+        self,
+        values: ComplexArray,
+        gains: FloatArray,
+        doubtful: list[list[_Run]],
+        tile: list[_Run],
+    ) -> None:
+        """Write the FRFs of a tile, and their mirror images; note whether they may be infinite."""
         weights = np.concatenate([self.row(run.i)[run.first : run.last] for run in tile])
         n_lines = values.shape[2]
         step = max(1, TILE // (16 * LINES * len(weights)))
@@ -110,6 +116,8 @@ class WeightedSum:
         for some in stretches(len(gains), step):
             _multiply(weights, gains[some], scratch.transpose(1, 0, 2)[: some.stop - some.start])
             lines = slice(some.start * LINES, min(n_lines, some.stop * LINES))
+            if not surely_finite(frfs[:, : lines.stop - lines.start]):
+                doubtful.append(tile)
             at = 0
             for i, first, last in tile:
                 part = frfs[at : at + last - first, : lines.stop - lines.start]
@@ -117,6 +125,14 @@ class WeightedSum:
                 if self.symmetric:
                     values[first:last, i, lines] = part
                 at += last - first
+
+
+class Summed(NamedTuple):
+    """H, shape (n_response, n_excitation, nf); which lines lie on a pole; whether H is finite."""
+
+    values: ComplexArray
+    singular: NDArray[np.bool_]
+    finite: bool
 
 
 class _Run(NamedTuple):

@@ -5,16 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from itertools import product
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _batched
-from ._blocks import SPAN, each, stretches
-from ._checks import ComplexArray, FloatArray, positions, read_only
+from ._assembly import End, Layout, assemble
+from ._blocks import each, stretches
+from ._checks import ComplexArray, FloatArray, read_only
 from .errors import (
     AmbiguousDofError,
     FbsError,
@@ -24,13 +23,10 @@ from .errors import (
     UnknownDofError,
     unknown_dof,
 )
-from .frf import Frf, Quantity, require_same_frequency
+from .frf import Frf, Quantity, computed_frf, require_same_frequency
 
-LINES = 1024
+LINES = 4096
 """Lines at once of what stays in the cache."""
-
-COLUMNS = 2**20
-"""Bytes of FRFs at once, over all lines of a span: written in one run and still in the cache."""
 
 Node = tuple[str, str]
 Groups = Mapping[Node, tuple[Node, float]]
@@ -162,7 +158,8 @@ def couple(
     for joint in joints:
         _require_interface(joint, substructures)
     groups = _rigid_groups(joints)
-    layout = _Layout.of(substructures, groups, responses, excitations)
+    _refuse_ambiguous(substructures, groups)
+    layout = Layout.of(substructures, responses, excitations)
     interface = _Interface(
         {name: frf.values.transpose(1, 2, 0) for name, frf in substructures.items()},
         {name: _ends(name, frf, joints) for name, frf in substructures.items()},
@@ -177,8 +174,10 @@ def couple(
             "these lines lie on undamped poles of the assembly, or the joints tie the same motion "
             "twice: leave the lines out, add damping or drop a joint",
         )
-    values = _assemble(layout, interface, inverse, axis.size)
-    frf = Frf(axis, values.transpose(2, 0, 1), layout.responses, layout.excitations, quantity)
+    values, finite = assemble(layout, interface.frfs, interface.ends, inverse)
+    frf = computed_frf(
+        axis, values.transpose(2, 0, 1), layout.responses, layout.excitations, quantity, finite
+    )
     return CoupledFrf(frf, read_only(condition), tuple(joints))
 
 
@@ -246,66 +245,6 @@ def _rigid_groups(joints: Sequence[Joint]) -> dict[Node, tuple[Node, float]]:
     return {node: root(node) for node in parent}
 
 
-@dataclass(frozen=True, eq=False)
-class _Layout:
-    """Labels of what is asked for, and where they stand in the substructures.
-
-    rows[i] : (substructure, its response) of response i
-    columns[name] : runs (excitations of the substructure, excitations of the assembly)
-    """
-
-    responses: tuple[str, ...]
-    excitations: tuple[str, ...]
-    rows: tuple[tuple[str, int], ...]
-    columns: dict[str, list[tuple[slice, slice]]]
-
-    @classmethod
-    def of(
-        cls,
-        substructures: Mapping[str, Frf],
-        groups: Groups,
-        responses: Iterable[str] | None,
-        excitations: Iterable[str] | None,
-    ) -> _Layout:
-        _refuse_ambiguous(substructures, groups)
-        rows = _owners({name: frf.responses for name, frf in substructures.items()})
-        columns = _owners({name: frf.excitations for name, frf in substructures.items()})
-        wanted = tuple(rows) if responses is None else tuple(responses)
-        driven = tuple(columns) if excitations is None else tuple(excitations)
-        positions(wanted, tuple(rows), "the assembly's responses")
-        positions(driven, tuple(columns), "the assembly's excitations")
-        places = [columns[label] for label in driven]
-        return cls(
-            wanted,
-            driven,
-            tuple(rows[label] for label in wanted),
-            {name: _runs(name, places) for name in substructures},
-        )
-
-
-def _owners(labels: Mapping[str, Sequence[str]]) -> dict[str, tuple[str, int]]:
-    """Return the first substructure that has each label, and where."""
-    owners: dict[str, tuple[str, int]] = {}
-    for name, own in labels.items():
-        for position, label in enumerate(own):
-            owners.setdefault(label, (name, position))
-    return owners
-
-
-def _runs(name: str, places: Sequence[tuple[str, int]]) -> list[tuple[slice, slice]]:
-    """Return the columns of a substructure as runs that are contiguous on both sides."""
-    runs: list[tuple[slice, slice]] = []
-    for place, (owner, own) in enumerate(places):
-        if owner != name:
-            continue
-        if runs and (runs[-1][0].stop, runs[-1][1].stop) == (own, place):
-            (first, _), (start, _) = ((run.start, run.stop) for run in runs.pop())
-        else:
-            first, start = own, place
-        runs.append((slice(first, own + 1), slice(start, place + 1)))
-    return runs
-
-
 def _refuse_ambiguous(substructures: Mapping[str, Frf], groups: Groups) -> None:
     owner: dict[str, str] = {}
     for name, frf in substructures.items():
@@ -321,19 +260,10 @@ def _refuse_ambiguous(substructures: Mapping[str, Frf], groups: Groups) -> None:
                 )
 
 
-class _End(NamedTuple):
-    """An entry of B: 1 or -ratio, in the row of a joint, at a response and excitation."""
-
-    joint: int
-    response: int
-    excitation: int
-    sign: float
-
-
-def _ends(name: str, frf: Frf, joints: Sequence[Joint]) -> list[_End]:
+def _ends(name: str, frf: Frf, joints: Sequence[Joint]) -> list[End]:
     """Return the entries of B in a substructure."""
     return [
-        _End(k, frf.responses.index(label), frf.excitations.index(label), sign)
+        End(k, frf.responses.index(label), frf.excitations.index(label), sign)
         for k, joint in enumerate(joints)
         for (owner, label), sign in ((joint.first, 1.0), (joint.second, -joint.ratio))
         if owner == name
@@ -345,7 +275,7 @@ class _Interface:
     """Substructures' FRFs (n_response, n_excitation, nf), and the ends of the joints in each."""
 
     frfs: dict[str, ComplexArray]
-    ends: dict[str, list[_End]]
+    ends: dict[str, list[End]]
     joints: tuple[Joint, ...]
 
     def inverted_kernel(
@@ -380,7 +310,7 @@ class _Interface:
         for k, joint in enumerate(self.joints):
             diagonal = np.maximum(spread[k, k], np.finfo(float).tiny)
             if joint.rigid:
-                scale[k] = diagonal**-0.5
+                scale[k] = 1 / np.sqrt(diagonal)
                 continue
             z = joint.dynamic_stiffness(omega) / (1j * omega) ** quantity.derivative
             size = np.abs(z)
@@ -414,78 +344,3 @@ class _Interface:
 def _row_sum_norm(matrices: NDArray[np.complex128] | FloatArray) -> FloatArray:
     norm: FloatArray = np.abs(matrices).sum(axis=1).max(axis=0)
     return norm
-
-
-def _assemble(
-    layout: _Layout, interface: _Interface, inverse: ComplexArray, nf: int
-) -> ComplexArray:
-    """Return Y - (Y B^T) (kernel^-1 B Y), shape (n_response, n_excitation, nf)."""
-    values = np.empty((len(layout.responses), len(layout.excitations), nf), dtype=complex)
-    for lines in stretches(nf, _span(layout, interface, nf)):
-        frfs = {
-            name: np.ascontiguousarray(frf[:, :, lines])
-            if frf.strides[2] != frf.itemsize
-            else frf[:, :, lines]
-            for name, frf in interface.frfs.items()
-        }
-        forces = _forces(layout, interface.ends, frfs, inverse[:, :, lines])
-        part = values[:, :, lines]
-        fill = partial(_fill_row, part, layout, interface.ends, frfs, forces)
-        each(fill, range(len(values)), part.nbytes)
-    return values
-
-
-def _span(layout: _Layout, interface: _Interface, nf: int) -> int:
-    """Lines assembled in one go: copies of FRFs in another order, and the forces, stay small."""
-    copied = any(frf.strides[2] != frf.itemsize for frf in interface.frfs.values())
-    share = len(layout.responses) / max(1, len(interface.joints))
-    return min(SPAN, max(LINES, int(nf / 8 * min(share, 1 if copied else share))))
-
-
-def _forces(
-    layout: _Layout,
-    ends: Mapping[str, list[_End]],
-    frfs: Mapping[str, ComplexArray],
-    inverse: ComplexArray,
-) -> ComplexArray:
-    """Return minus the joint forces per unit excitation, shape (nj, n_excitation, nf)."""
-    count, nf = inverse.shape[0], inverse.shape[2]
-    forces = np.zeros((count, len(layout.excitations), nf), dtype=complex)
-
-    def fill(lines: slice) -> None:
-        for name, runs in layout.columns.items():
-            for (own, place), end in product(runs, ends[name]):
-                gap = -end.sign * frfs[name][end.response, own, lines]
-                for k in range(count):
-                    forces[k, place, lines] += inverse[k, end.joint, lines] * gap
-
-    each(fill, stretches(nf, LINES), forces.nbytes)
-    return forces
-
-
-def _fill_row(
-    values: ComplexArray,
-    layout: _Layout,
-    ends: Mapping[str, list[_End]],
-    frfs: Mapping[str, ComplexArray],
-    forces: ComplexArray,
-    row: int,
-) -> None:
-    """Write one response of Y_c, a few whole columns at a time."""
-    name, own = layout.rows[row]
-    gains = [(end.joint, end.sign * frfs[name][own, end.excitation]) for end in ends[name]]
-    step = max(1, COLUMNS // (16 * values.shape[2]))
-    for columns in stretches(values.shape[1], step):
-        out = values[row, columns]
-        if not gains:
-            out[:] = 0.0
-        for position, (joint, gain) in enumerate(gains):
-            if position == 0:
-                np.multiply(forces[joint, columns], gain, out=out)
-            else:
-                out += forces[joint, columns] * gain
-        for run, place in layout.columns[name]:
-            start, stop = max(place.start, columns.start), min(place.stop, columns.stop)
-            if start < stop:
-                shift = run.start - place.start
-                values[row, start:stop] += frfs[name][own, start + shift : stop + shift]

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._checks import ComplexArray, FloatArray, read_only
+from .blas_threads import blas_for
 from .errors import DefectiveModesError
 from .second_order_system import SecondOrderSystem
 from .undamped_modes import EPS, RealModes, real_modes
@@ -107,16 +108,17 @@ def complex_modes(system: SecondOrderSystem, modes: RealModes | None = None) -> 
         Critical damping, or so near to it that the modes do not span the state.
     IndefiniteMassError, IndefiniteStiffnessError
     """
-    space = state_space(system, modes)
-    poles, right, left = _eigen(space.matrix)
-    steady = space.steady  # s_k = 0 and b = p = phi: phi phi^T / s^2
-    return ComplexModes(
-        read_only(np.concatenate([np.zeros(steady.shape[1]), poles])),
-        _joined(np.zeros_like(steady), space.elastic @ right),
-        _joined(steady, space.rigid @ right),
-        _joined(steady, (left @ space.force).T),
-        system.dofs,
-    )
+    with blas_for(len(system.dofs)):
+        space = state_space(system, modes)
+        poles, right, left = _eigen(space.matrix)
+        steady = space.steady  # s_k = 0 and b = p = phi: phi phi^T / s^2
+        return ComplexModes(
+            read_only(np.concatenate([np.zeros(steady.shape[1]), poles])),
+            _joined(np.zeros_like(steady), space.elastic @ right),
+            _joined(steady, space.rigid @ right),
+            _joined(steady, (left @ space.force).T),
+            system.dofs,
+        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from enum import StrEnum
 
 import numpy as np
@@ -16,6 +16,7 @@ from ._checks import (
     read_only,
     unique_labels,
 )
+from ._finite import surely_finite
 from .errors import (
     AxisMismatchError,
     FbsError,
@@ -82,6 +83,11 @@ class Frf:
     __array_ufunc__ = None  # so that numpy_scalar * frf comes to __rmul__
 
     def __post_init__(self) -> None:
+        self._settle()
+        _refuse_non_finite(self.frequency, self.values, self.responses, self.excitations)
+
+    def _settle(self) -> None:
+        """Check and freeze everything, but do not read the values."""
         axis = ascending_frequency(self.frequency)
         values = np.asarray(self.values, dtype=complex)
         responses = unique_labels(self.responses, "the responses")
@@ -92,7 +98,6 @@ class Frf:
                 f"FRF values have shape {values.shape}; {expected[0]} lines, {expected[1]} "
                 f"responses and {expected[2]} excitations need {expected}"
             )
-        _refuse_non_finite(axis, values, responses, excitations)
         for name, value in (
             ("frequency", read_only(axis)),
             ("values", read_only(values)),
@@ -263,14 +268,35 @@ def require_same_layout(first: Frf, second: Frf) -> None:
                 raise AxisMismatchError(f"the {what} differ at {position}: {a!r} against {b!r}")
 
 
+def computed_frf(
+    frequency: FloatArray,
+    values: ComplexArray,
+    responses: tuple[str, ...],
+    excitations: tuple[str, ...],
+    quantity: Quantity,
+    finite: bool,
+) -> Frf:
+    """Return an Frf whose values are not read again if its maker has found them `finite`.
+
+    To read the result once more from memory takes half as long as to write it: whoever computes it
+    sums up the squares of each block while that is in the cache.
+    """
+    if not finite:
+        return Frf(frequency, values, responses, excitations, quantity)
+    frf = object.__new__(Frf)
+    given = (frequency, values, responses, excitations, quantity)
+    for known, value in zip(fields(Frf), given, strict=True):
+        object.__setattr__(frf, known.name, value)
+    frf._settle()
+    return frf
+
+
 def _surely_finite(values: ComplexArray) -> bool:
-    """One pass without a mask: any NaN or infinity survives in a sum, and in a sum of squares."""
-    with np.errstate(invalid="ignore", over="ignore"):
-        for memory in (values, values.transpose(1, 2, 0)):
-            if memory.flags.c_contiguous:
-                parts = memory.reshape(-1).view(float)
-                return bool(np.isfinite(parts @ parts))  # BLAS: as fast as memory is read
-        return bool(np.isfinite(values.sum()))
+    """One pass without a mask, in the order of the memory where that has no gaps."""
+    for memory in (values, values.transpose(1, 2, 0)):
+        if memory.flags.c_contiguous:
+            return surely_finite(memory)
+    return bool(np.isfinite(values.sum()))
 
 
 def _refuse_non_finite(

@@ -18,7 +18,7 @@ from .damped_modes import (
     rayleigh_coefficients,
 )
 from .errors import AxisMismatchError, FbsError, SingularLineError
-from .frf import Frf, Quantity, as_quantity
+from .frf import Frf, Quantity, as_quantity, computed_frf
 from .modal_truncation import TruncatedModes
 from .second_order_system import SecondOrderSystem
 from .undamped_modes import EPS, RealModes, real_modes
@@ -328,19 +328,20 @@ def _sum(terms: Sequence[_Terms], target: _Target, symmetric: bool) -> Frf:
 
     shape = (len(target.rows), len(target.columns), int(ends[-1]))
     weighted = WeightedSum(shape, row, gains, symmetric and target.symmetric)
-    values, singular = weighted(2 * np.pi * target.axis)
-    if singular.any():
+    summed = weighted(2 * np.pi * target.axis)
+    if summed.singular.any():
         raise SingularLineError(
-            target.axis[singular],
+            target.axis[summed.singular],
             "an undamped mode, or rigid-body motion at 0 Hz, makes the FRF infinite",
             "leave these lines out, shift the axis or add damping",
         )
-    return Frf(
+    return computed_frf(
         target.axis,
-        values.transpose(2, 0, 1),
+        summed.values.transpose(2, 0, 1),
         target.responses,
         target.excitations,
         target.quantity,
+        summed.finite,
     )
 
 

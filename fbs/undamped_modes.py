@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.linalg import lapack, solve_triangular
 
 from ._checks import FloatArray, read_only
+from .blas_threads import blas_for
 from .errors import FbsError, IndefiniteMassError, IndefiniteStiffnessError
 from .second_order_system import SecondOrderSystem
 
@@ -77,10 +78,11 @@ def real_modes(system: SecondOrderSystem, rigid_tolerance: float | None = None) 
     IndefiniteMassError, IndefiniteStiffnessError
         Not symmetric, or not positive (semi-)definite.
     """
-    mass = _mass_factor(system)
-    stiffness = stiffness_factor(system, rigid_tolerance)
-    omega, elastic = _elastic_modes(stiffness.factor, mass)
-    rigid = _mass_orthonormal(stiffness.null_space, system.mass)
+    with blas_for(len(system.dofs)):
+        mass = _mass_factor(system)
+        stiffness = stiffness_factor(system, rigid_tolerance)
+        omega, elastic = _elastic_modes(stiffness.factor, mass)
+        rigid = _mass_orthonormal(stiffness.null_space, system.mass)
     return RealModes(
         read_only(np.concatenate([np.zeros(rigid.shape[1]), omega])),
         read_only(np.hstack([rigid, elastic])),

@@ -1,14 +1,19 @@
 """Blocks, threads and memory: the same numbers whatever the cut, and little beside the result."""
 
 import tracemalloc
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from fbs_systems import hub_system, random_system, scaled_error
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from fbs import Frf, Joint, couple, direct_frf, frequency_axis, modal_frf, real_modes, schur_frf
 from fbs._blocks import cores, each, stretches
+from fbs._finite import RUN, square_sum, surely_finite
 from fbs._weighted_sum import LINES, TERMS, WeightedSum
+from fbs.blas_threads import blas_for, one_blas_thread
+from fbs.errors import NonFiniteError
 
 DAMPING = {
     "undamped": lambda rng: 0.0,
@@ -59,11 +64,12 @@ def test_a_weighted_sum_is_the_plain_product(symmetric, n_terms, n_lines):
         return (w == 7.0)[:, 0]
 
     weighted = WeightedSum(weights.shape, lambda i: weights[i], gains, symmetric)
-    values, singular = weighted(omega)
+    values, singular, finite = weighted(omega)
     expected = weights @ (1j / omega) ** power
     # n_terms sums of terms up to 4
     assert np.abs(values - expected).max() <= 4 * n_terms * 4 * np.finfo(float).eps
     assert (singular == (omega == 7.0)).all()
+    assert finite
 
 
 def test_a_wide_row_is_cut_into_several_products():
@@ -74,7 +80,7 @@ def test_a_wide_row_is_cut_into_several_products():
         out[:] = 1 / w
         return np.zeros((len(w), w.shape[2]), dtype=bool)
 
-    values, _ = WeightedSum(weights.shape, lambda i: weights[i], gains)(np.array([1.0, 2.0]))
+    values, _, _ = WeightedSum(weights.shape, lambda i: weights[i], gains)(np.array([1.0, 2.0]))
     np.testing.assert_array_equal(values, weights * [1.0, 0.5])
 
 
@@ -172,3 +178,77 @@ def test_given_modes_and_a_part_of_the_labels_are_the_same_sum():
     expected = whole.select(["x3", "hub"], ["x9", "x3", "x1"]).values
     # another cut of the products may round otherwise: eps times terms of up to 1e2 times the sum
     assert np.abs(part.values / expected - 1).max() < 1e-9
+
+
+def blas_threads():
+    return [pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"]
+
+
+def test_blas_gets_its_threads_back_when_the_last_lets_go():
+    with threadpool_limits(2):
+        before = blas_threads()
+        with one_blas_thread():
+            with one_blas_thread():
+                assert set(blas_threads()) == {1}
+            assert set(blas_threads()) == {1}
+        assert blas_threads() == before
+        with pytest.raises(KeyError), one_blas_thread():
+            raise KeyError
+        assert blas_threads() == before
+        with blas_for(30):
+            assert set(blas_threads()) == {1}
+        with blas_for(10_000):
+            assert blas_threads() == before
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, complex(0, -np.inf), complex(1, np.nan)])
+@pytest.mark.parametrize("place", [0, RUN - 1, RUN, 3 * RUN + 6])
+@pytest.mark.parametrize("order", ["contiguous", "gaps between rows", "gaps between lines"])
+def test_nothing_infinite_is_overlooked(bad, place, order):
+    values = np.ones((2, 3 * RUN + 7), dtype=complex)
+    if order == "gaps between rows":
+        values = np.ones((2, 4 * RUN), dtype=complex)[:, : values.shape[1]]
+    if order == "gaps between lines":
+        values = np.ones((2, 2 * values.shape[1]), dtype=complex)[:, ::2]
+    assert square_sum(values) == values.size  # whole numbers: exact
+    values[1, place] = bad
+    assert not surely_finite(values)
+
+
+def test_what_overflows_on_the_way_is_refused():
+    """An FRF between two parts is a product of FRFs: here of 1e200 and 1e200."""
+    axis = frequency_axis(1, 3, 1)
+    values = np.full((3, 2, 2), 1e200 + 0j)
+    values[:, 1, 1] = 1.0
+    parts = {name: Frf(axis, values, (name, name * 2), (name, name * 2)) for name in "ab"}
+    joint = Joint(("a", "aa"), ("b", "bb"))
+    with (
+        np.errstate(over="ignore", invalid="ignore"),
+        pytest.raises(NonFiniteError, match="from 'a' to 'a'"),
+    ):
+        couple(parts, [joint])
+    across = couple(
+        {"a": parts["a"], "b": Frf(axis, np.ones((3, 1, 1)), ("bb",), ("bb",))},
+        [joint],
+        ["a"],
+        ["bb"],
+    )
+    assert np.isfinite(across.frf.values).all()  # 1e200 squared overflows, the FRF does not
+    with np.errstate(over="ignore", invalid="ignore"), pytest.raises(NonFiniteError):
+        couple(parts, [joint], ["a"], ["b"])
+
+
+def test_a_sum_that_overflows_is_refused_and_a_large_one_is_not():
+    system = random_system(np.random.default_rng(1), 4)
+    axis = frequency_axis(1, 200, 1)
+    modes = real_modes(system)
+    frfs = []
+    for size in (1.0, 1e80, 1e160):
+        large = replace(modes, shapes=modes.shapes * size)
+        with np.errstate(over="ignore", invalid="ignore"):
+            if size == 1e160:
+                with pytest.raises(NonFiniteError):
+                    modal_frf(system, axis, modes=large)
+            else:
+                frfs.append(modal_frf(system, axis, modes=large).values)
+    np.testing.assert_allclose(frfs[1] / 1e160, frfs[0], rtol=1e-12)

@@ -14,7 +14,6 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
-from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from multiprocessing import get_context
 from typing import Any
@@ -252,23 +251,3 @@ def mpi_pool(workers: int | None) -> Iterator[Workers]:
                 "'mpiexec -n N python -m mpi4py.futures -m validation.cli sweep …'"
             )
         yield Workers(pool, count)
-
-
-@contextmanager
-def one_blas_thread() -> Iterator[None]:
-    """Leave BLAS and LAPACK one thread: matrices of a drivetrain are too small for more.
-
-    Threads that wait for each other over a 30 × 30 matrix made its eigensolution twenty times
-    slower, and processes would fight for the cores. The results do not depend on the number of
-    cores then, either.
-    """
-    with _blas().limit(limits=1):
-        yield
-
-
-@cache
-def _blas() -> Any:
-    import scipy.linalg  # noqa: F401  # brings a BLAS of its own, which must be loaded to be found
-    from threadpoolctl import ThreadpoolController
-
-    return ThreadpoolController()

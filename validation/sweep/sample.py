@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fbs import Frf, RealModes, SecondOrderSystem, couple, direct_frf, real_modes
+from fbs.blas_threads import one_blas_thread
 from fbs.errors import FbsError, SingularLineError, unknown_dof
 from mbs_models.errors import ModelError
 from mbs_models.mode_kinds import StageStiffness, classify, mode_groups
@@ -29,7 +30,6 @@ from mbs_models.placement import facings, turning
 from ..errors import CommandError
 from ..modes import damped_modes
 from ..routes import EQUATIONS, Source, coupling_joints, exudyn_source
-from .executors import one_blas_thread
 from .interface import Interface
 from .metrics import Findings, FoundModes
 from .parameters import Step, Values, changed, steps_to

@@ -149,13 +149,17 @@ def test_a_force_that_bends_geometry_is_told_as_that() -> None:
 @pytest.mark.parametrize(
     "signal",
     [
-        Sweep(10.0, 4000.0, 2.0, 0.01, logarithmic=True, taper=0.05),
-        HalfSine(0.1, 3e-4),
+        Sweep(10.0, 4000.0, 2.0, 0.1, logarithmic=True, taper=0.05),
+        HalfSine(10.0, 3e-4),
     ],
     ids=["sweep", "impact"],
 )
 def test_transients_of_the_paper(signal: Signal) -> None:
-    """0.1 dB and 1° from 10 Hz to 4 kHz, lines within 80 dB of each peak, at pinion w."""
+    """0.1 dB and 1° from 10 Hz to 4 kHz, lines within 80 dB of each peak, at pinion w.
+
+    Round-off of 1e-17 m shows in the planets' radial motion, 1e4 times smaller than the others:
+    the force must not be too small. Measured 0.01 dB.
+    """
     request = Request(
         excitations=(Excitation("reducer.pinion.w", signal),),
         responses=(

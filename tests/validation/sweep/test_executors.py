@@ -23,7 +23,7 @@ from mbs_models.model_file import load
 from validation.cli import main
 from validation.errors import CommandError
 from validation.results import Band
-from validation.sweep.executors import dask_cluster, mpi_pool, one_blas_thread, opened, versions
+from validation.sweep.executors import dask_cluster, mpi_pool, opened, versions
 from validation.sweep.output import FIELDS
 from validation.sweep.parameters import Design, design
 from validation.sweep.run import sweep, task
@@ -362,17 +362,3 @@ def test_serial_is_this_process():
         assert workers.executor is None
     with opened(None, worth=1) as workers:
         assert workers.executor is None
-
-
-def test_blas_has_one_thread_inside_and_as_many_as_before_outside():
-    from threadpoolctl import threadpool_info
-
-    def threads() -> list[int]:
-        return [pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"]
-
-    with one_blas_thread():
-        assert set(threads()) == {1}
-    before = threads()
-    with one_blas_thread():
-        pass
-    assert threads() == before
