@@ -151,14 +151,19 @@ def estimate_frfs(
                 f"too long to be transformed whole, {LONGEST_TRANSIENT} are allowed in all: record "
                 "fewer responses, or excite with noise"
             )
+        # What a mode keeps at the record's end leaks most to lines it shows but a few periods of.
+        shortest = LEAST_PERIODS * record.sampling_frequency / record.n_sample
+        if shortest >= fmax:
+            raise FbsError(
+                f"a record of {record.n_sample / record.sampling_frequency:.3g} s shows fewer than "
+                f"{LEAST_PERIODS} periods of any line up to {fmax:g} Hz; run longer"
+            )
         struck = any(isinstance(signal, HalfSine) for signal in signals)
         return (
             impulse_frf(
                 record,
                 max_remainder=REMAINDER,
-                # What a mode keeps at the record's end leaks most to the lines it shows but a few
-                # periods of.
-                fmin=max(fmin, LEAST_PERIODS / (record.n_sample / record.sampling_frequency)),
+                fmin=max(fmin, shortest),
                 fmax=fmax,
                 threshold=IMPACT if struck else THRESHOLD,
             ),

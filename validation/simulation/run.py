@@ -37,6 +37,7 @@ from .long_records import channels, odd_channels
 from .plan import Plan, plan
 from .results import Request, Simulation
 from .reversal import reversed_excitation
+from .ringing import ringing, ringing_warning
 
 T = TypeVar("T")
 FloatArray = NDArray[np.float64]
@@ -116,7 +117,11 @@ class PlannedRun:
             levels=levels,
             gears=gear_run(self.drivetrain, point, record, self.plan.run_in) if point else None,
             hints=self._hints(checks),
-            warnings=(*self.given.warnings(), *record.warnings),
+            warnings=(
+                *self.given.warnings(),
+                *record.warnings,
+                *ringing_warning(ringing(record)),
+            ),
             seconds=self.seconds,
         )
 

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fbs.spectra import amplitude_spectrum, spectrogram
-from fbs.swept_sine import peak_hold
+from fbs.swept_sine import peak_hold, sweep_error
 from mbs_models.meshing.gear_response import rms_per_body
 from mbs_models.signals.sines import SteppedSine, Sweep
 
+from ..modes import equation_modes
 from .drive_level import DriveLevels, frf_of
 from .estimates import DECIBEL_TOLERANCE, DEGREE_TOLERANCE, EstimatedFrfs
 from .frf_figures import FrfPair, LevelCurve, frf_figure, level_figure, peak_hold_figure
-from .gear_run import GearRun, RingSensor
+from .gear_run import LEAST_TURNS, GearRun, RingSensor
+from .long_records import thinned, thinned_places
 from .order_figures import Theory, order_figure
 from .record_figures import (
     history_figure,
@@ -26,6 +28,7 @@ from .record_figures import (
     spectrum_figure,
 )
 from .results import Simulation
+from .ringing import ringing
 
 FloatArray = NDArray[np.float64]
 
@@ -33,6 +36,8 @@ UNIT = "m/N"
 DRAWN = 4  # FRFs, or channels of a record
 SPECTRUM_LINES = 2000  # of the spectra of a long record, averaged
 SPECTROGRAM_LINES = 400
+LONGEST_MAP = 1 << 22  # samples of a spectrogram
+HISTORY_COLUMNS = 10_000  # of a history that is drawn: far more than it has pixels
 MESH_PERIODS = 8  # of mesh forces drawn
 HELD_LINES = 120  # of a peak-hold
 
@@ -208,11 +213,15 @@ def _phasing_words(gears: GearRun) -> tuple[str, ...]:
             f"{phasing.harmonic}·mesh excites {phasing.excited} modes only" for phasing in harmonics
         )
         words.append(f"Planet phasing of {stage} (from its tooth numbers): {told}.")
+        if stage not in [sensor.stage for sensor in gears.sensors]:
+            words.append(
+                f"Sidebands of {stage} are not shown: its carrier turns less than {LEAST_TURNS:g} "
+                "times in what is measured, too few to tell them apart; run longer."
+            )
     return tuple(words)
 
 
 def _sensor(sensor: RingSensor, highest: float) -> Section:
-    passing = sensor.passing
     band = sensor.spectrum.frequency <= highest
     figure = order_figure(
         f"sensor-{sensor.stage}",
@@ -221,7 +230,7 @@ def _sensor(sensor: RingSensor, highest: float) -> Section:
         sensor.lines,
         "N",
         f"ring of {sensor.stage}, seen by a fixed sensor",
-        theory=Theory(np.asarray(sensor.orders * passing), sensor.expected),
+        theory=Theory(sensor.frequency, sensor.expected),
     )
     words = (
         "A sensor fixed to the ring hears each planet as it passes: the ring’s mesh forces, "
@@ -242,30 +251,68 @@ def _swept(found: Simulation) -> Section | None:
     frf = found.estimated[0].reference
     if not isinstance(signal, Sweep | SteppedSine) or excitation.dof not in frf.responses:
         return None
-    during = record.time <= signal.duration
-    assert record.displacement is not None
-    motion = record.displacement[during, record.labels.index(excitation.dof)]
+    assert record.acceleration is not None
+    time = record.time
+    # 0 Hz, in no band, after the sweep: what rings on then lets the record end at rest.
+    swept = np.zeros_like(time)
+    during = time <= signal.duration
+    swept[during] = signal.instantaneous_frequency(time[during])
     held = peak_hold(
-        motion,
+        record.acceleration[:, record.labels.index(excitation.dof)],
         signal.amplitude,
-        signal.instantaneous_frequency(record.time[during]),
-        np.geomspace(*signal.band, HELD_LINES + 1),
+        swept,
+        _held_bands(signal, swept[during]),
     )
+    driving = frf.between(excitation.dof, excitation.dof)
     figure = peak_hold_figure(
         "held",
         held.frequency,
-        held.magnitude,
+        held.magnitude / (2.0 * np.pi * held.frequency) ** 2,
         frf.frequency,
-        frf.between(excitation.dof, excitation.dof),
+        driving,
         UNIT,
         f"{excitation.dof} ← {excitation.dof}",
+        predicted=_swept_peaks(found, signal, frf.frequency, np.abs(driving)),
     )
     words = (
-        "What an operator reads off a sweep: the largest motion while the sine is within a band, "
-        "over its force. A sweep that is fast for a resonance does not let it build up: the peak "
-        "is lower, and later.",
+        "What an operator reads off a sweep: the largest acceleration while the sine is within a "
+        "band, over its force and ω². A sweep that is fast for a resonance does not let it build "
+        "up: the peak is lower, and later, and what rings on hides antiresonances.",
     )
     return Section("held", "Peak-hold of the sweep", words, (figure,))
+
+
+def _held_bands(signal: Sweep | SteppedSine, swept: FloatArray) -> FloatArray:
+    """Edges of the bands in which a peak is held: of each sine, or evenly over log f."""
+    if isinstance(signal, SteppedSine):
+        edges = np.unique(swept)
+        return np.append(edges, edges[-1] * 1.001)
+    edges = np.geomspace(*signal.band, HELD_LINES + 1)
+    passed = np.histogram(swept, edges)[0] > 0  # a fast sweep jumps over the narrowest
+    return np.asarray(edges[np.append(True, passed)])
+
+
+def _swept_peaks(
+    found: Simulation, signal: Sweep | SteppedSine, frequency: FloatArray, size: FloatArray
+) -> tuple[FloatArray, FloatArray] | None:
+    """Where the sweep's rate should leave the peaks of |H| that stand alone, and how high."""
+    if not isinstance(signal, Sweep):
+        return None
+    inner = size[1:-1]
+    peaks = frequency[1:-1][(inner > size[:-2]) & (inner > size[2:])]
+    first, last = signal.band
+    places = []
+    for mode in equation_modes(found.drivetrain).modes:
+        f, ratio = mode.frequency_hz, mode.damping_ratio
+        if not (first < f < last and 0.0 < ratio < 0.1 and (np.abs(peaks - f) < ratio * f).any()):
+            continue
+        rate = f * np.log(last / first) if signal.logarithmic else last - first
+        late = sweep_error(f, ratio, (-1.0 if signal.down else 1.0) * rate / signal.duration)
+        places.append((f + late.shift, np.interp(f, frequency, size) * (1.0 - late.attenuation)))
+    if not places:
+        return None
+    at, height = np.array(places).T
+    return at, height
 
 
 def _motion(found: Simulation) -> Section:
@@ -273,27 +320,42 @@ def _motion(found: Simulation) -> Section:
     first = round(found.run_in * record.sampling_frequency)
     assert record.acceleration is not None
     motion = np.asarray(record.acceleration)[first:]
-    channels = _loudest(found, motion)
-    time = record.time[first:]
-    shown = {label: motion[:, record.labels.index(label)] for label in channels}
+    rms = _without(rms_per_body(record.labels, motion), ringing(record))
+    shown = {label: motion[:, record.labels.index(label)] for label in _loudest(found, rms)}
     rate = record.sampling_frequency
-    resolution = rate / len(motion) * max(1.0, len(motion) / (2.0 * SPECTRUM_LINES))
-    spectrum = amplitude_spectrum(
-        np.stack(list(shown.values()), axis=1), rate, resolution=resolution
-    )
-    band = (spectrum.frequency > 0.0) & (spectrum.frequency <= highest_shown(found))
+    resolution = rate / min(len(motion), 2 * SPECTRUM_LINES)
+    spectra = {
+        label: amplitude_spectrum(values, rate, resolution=resolution)
+        for label, values in shown.items()
+    }
+    frequency = next(iter(spectra.values())).frequency
+    band = (frequency > 0.0) & (frequency <= highest_shown(found))
+    places = thinned_places(len(motion), HISTORY_COLUMNS)
     figures = [
-        history_figure("history", time, shown, "m/s²"),
+        history_figure(
+            "history",
+            (first + places) / rate,
+            {label: thinned(values, HISTORY_COLUMNS) for label, values in shown.items()},
+            "m/s²",
+        ),
         spectrum_figure(
             "spectrum",
-            spectrum.frequency[band],
-            {label: spectrum.values[band, k] for k, label in enumerate(shown)},
+            frequency[band],
+            {label: spectrum.values[band] for label, spectrum in spectra.items()},
             "m/s²",
         ),
     ]
+    words = [
+        "Accelerations of the DoFs that move most, their spectra, and the RMS of every body "
+        "(rotations as r·θ)."
+    ]
     if any(excitation.signal.duration is not None for excitation in found.excitations):
         label, values = next(iter(shown.items()))
-        gram = spectrogram(values, rate, resolution=highest_shown(found) / SPECTROGRAM_LINES)
+        if len(values) > LONGEST_MAP:
+            words.append(f"The spectrogram is of the first {LONGEST_MAP / rate:.3g} s.")
+            values = values[:LONGEST_MAP]
+        finest = highest_shown(found) / SPECTROGRAM_LINES
+        gram = spectrogram(values, rate, resolution=max(finest, rate / len(values)))
         kept = gram.frequency <= highest_shown(found)
         figures.append(
             spectrogram_figure(
@@ -305,12 +367,21 @@ def _motion(found: Simulation) -> Section:
                 label,
             )
         )
-    figures.append(rms_figure("rms", rms_per_body(record.labels, motion), "m/s²"))
-    words = (
-        "Accelerations of the DoFs that move most, their spectra, and the RMS of every body "
-        "(rotations as r·θ).",
-    )
-    return Section("motion", "Motion", words, tuple(figures))
+    figures.append(rms_figure("rms", rms, "m/s²"))
+    return Section("motion", "Motion", tuple(words), tuple(figures))
+
+
+def _without(
+    rms: Mapping[str, Mapping[str, float]], labels: Sequence[str]
+) -> dict[str, dict[str, float]]:
+    """The RMS of bodies without some DoFs, and without bodies that have no others."""
+    kept = {
+        body: {dof: value for dof, value in dofs.items() if f"{body}.{dof}" not in labels}
+        for body, dofs in rms.items()
+    }
+    return {body: dofs for body, dofs in kept.items() if dofs} or {
+        body: dict(dofs) for body, dofs in rms.items()
+    }
 
 
 def highest_shown(found: Simulation) -> float:
@@ -321,14 +392,15 @@ def highest_shown(found: Simulation) -> float:
     return min(1.25 * max(bands, default=1000.0), found.record.sampling_frequency / 2.0)
 
 
-def _loudest(found: Simulation, motion: FloatArray) -> list[str]:
+def _loudest(found: Simulation, rms: Mapping[str, Mapping[str, float]]) -> list[str]:
     """Excited DoFs first, then the largest of other bodies."""
     labels = found.record.labels
     chosen = [e.dof for e in found.excitations if e.dof in labels]
     bodies = {label.rpartition(".")[0] for label in chosen}
-    for column in np.argsort(-motion.std(axis=0)):
-        body = labels[column].rpartition(".")[0]
-        if body not in bodies:
-            chosen.append(labels[column])
-            bodies.add(body)
+    others = [
+        (max(dofs.values()), f"{body}.{max(dofs, key=lambda dof: dofs[dof])}")
+        for body, dofs in rms.items()
+        if body not in bodies
+    ]
+    chosen += [label for _, label in sorted(others, key=lambda pair: -pair[0])]
     return list(dict.fromkeys(chosen))[:DRAWN]
