@@ -207,7 +207,7 @@ def frf(
     frequency = band(fmin, fmax, df).frequency()
     made, method = frf_by_name(drivetrain, route, frequency, responses, excitations, stage)
     result = made.to(quantity)
-    print(f"Method: {method}", file=sys.stderr)
+    print(f"Method: {method}")
     if output is None:
         frf_output.show(result)
     else:
