@@ -53,7 +53,7 @@ def carry_out(options: Options) -> Simulation:
     """
     for name in options.save:
         if name not in FORMATS:
-            raise CommandError(f"--save = {name!r}: must be {', '.join(FORMATS)}")
+            raise CommandError(f"--save = {name!r}: must be npz, csv or uff")
     drivetrain = load(options.model)
     request = Request(
         excitations=excitations_asked(

@@ -86,7 +86,7 @@ def frf_figure(
     unit: str,
     *,
     names: tuple[str, str] = ("exudyn in time", "FBS"),
-    allowed: tuple[float, float] = (0.1, 1.0),
+    allowed: tuple[FloatArray | float, FloatArray | float] = (0.1, 1.0),
 ) -> str:
     """Magnitude, phase and the errors of both of an estimated FRF, as SVG.
 
@@ -167,10 +167,16 @@ def _draw_phases(axes: Axes, frequency: FloatArray, pair: FrfPair) -> None:
 
 
 def _draw_error(
-    axes: Axes, frequency: FloatArray, error: FloatArray, allowed: float, least: float, label: str
+    axes: Axes,
+    frequency: FloatArray,
+    error: FloatArray,
+    allowed: FloatArray | float,
+    least: float,
+    label: str,
 ) -> None:
     finite = error[np.isfinite(error)]
-    top = max(float(finite.max(initial=least)), allowed)
+    limit = np.broadcast_to(allowed, error.shape)
+    top = max(float(finite.max(initial=least)), float(limit.max()))
     highest = ceil(log10(1.5 * top))
     low = max(float(finite.min(initial=top)), least)
     lowest = max(min(floor(log10(low)), highest - 2), highest - MOST_DECADES)
@@ -178,7 +184,9 @@ def _draw_error(
     axes.plot(
         frequency[at], np.maximum(error[at], 10.0**lowest), ".", color=BLUE, ms=2.4, clip_on=False
     )
-    axes.axhline(allowed, color=VERMILLION, lw=1.0, ls="--")
+    # The smallest of each column: what lies above the line is beyond what is allowed there.
+    at = largest(along_axis(frequency), -limit, ERROR_COLUMNS)
+    axes.plot(frequency[at], limit[at], color=VERMILLION, lw=1.0, ls="--")
     log_axis(axes, lowest, highest, most=4)
     axes.set_ylabel(label)
 

@@ -235,7 +235,10 @@ class PlannedRun:
         if len(self.request.excitations) > 1 or not isinstance(
             self.request.excitations[0].signal, Multisine
         ):
-            return ("A multisine with --levels tells what is geometry: it falls with the force.",)
+            return (
+                "A record that is cut off leaks: run longer (--duration). Geometry falls with the "
+                "force: a multisine with --levels tells it.",
+            )
         lower, here = self._levels((LOWER,)).levels[0].worst_db, checks[0].value
         if lower < here / 2.0:
             return (

@@ -99,7 +99,10 @@ def _frfs(estimated: EstimatedFrfs, place: int) -> Section:
                 estimated.compared[:, i, j],
             ),
             UNIT,
-            allowed=(DECIBEL_TOLERANCE, DEGREE_TOLERANCE),
+            allowed=(
+                estimated.allowed_db[:, i, j],
+                estimated.allowed_db[:, i, j] * (DEGREE_TOLERANCE / DECIBEL_TOLERANCE),
+            ),
         )
         for number, (i, j) in enumerate(_shown(estimated))
     ]

@@ -151,7 +151,7 @@ BAD = {
         (*ASKED, "--excitation", "multisine@planetary.sun.u", "--levels", "1,2"),
         "2 excitations are given",
     ),
-    "format": ((*ASKED, "--save", "xls"), "--save = 'xls': must be npz, csv, uff"),
+    "format": ((*ASKED, "--save", "xls"), "--save = 'xls': must be npz, csv or uff"),
     "no operation": (("--speed", "1500"), "no [operation] table"),
 }  # fmt: skip
 
