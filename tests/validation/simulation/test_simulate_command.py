@@ -253,7 +253,7 @@ def test_an_interrupted_run_goes_on_bit_for_bit(
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(os.name == "nt", reason="SIGINT")
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT to send to one process")
 def test_ctrl_c_ends_in_130_and_keeps_the_pieces(tmp_path: Path) -> None:
     command = [
         sys.executable, "-m", "validation.cli", "simulate", "lin-parker-4", "--excitation",

@@ -86,7 +86,7 @@ def started(module: str, *arguments: str) -> Iterator[subprocess.Popen[bytes]]:
         [sys.executable, "-m", module, *arguments],
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
-        cwd=Path(__file__).parents[2],
+        cwd=Path(__file__).parents[3],
     )
     try:
         yield process
@@ -311,7 +311,7 @@ def test_mpi_ranks_give_the_same_table(tmp_path):
     options = ["sweep", "paper", "--vary", "planetary.planets=3,4,40", "--route", "equations"]
     module = [sys.executable, "-m", "mpi4py.futures", "-m", "validation.cli"]
     far = ["--executor", "mpi", "--out", str(tmp_path / "far")]
-    root = Path(__file__).parents[2]
+    root = Path(__file__).parents[3]
     subprocess.run(
         ["mpiexec", "-n", "3", *module, *options, *far], check=True, timeout=PATIENCE, cwd=root
     )
