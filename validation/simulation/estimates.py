@@ -278,6 +278,11 @@ def _scatter(estimate: Estimate, reference: ComplexArray, power: FloatArray) -> 
     return np.asarray(largest * np.sqrt((1.0 - coherence) / (2.0 * n * coherence) * others))
 
 
+def estimator(estimate: Estimate) -> str:
+    """What to call it: sweeps are transformed as impacts are."""
+    return "whole record" if estimate.kind == "impulse" else estimate.kind
+
+
 def estimate_checks(found: EstimatedFrfs) -> list[Check]:
     """Verdicts on estimated FRFs: magnitude and phase, in units of what is allowed."""
     frf = found.estimate.frf
@@ -291,8 +296,9 @@ def estimate_checks(found: EstimatedFrfs) -> list[Check]:
             "; an averaged estimate is allowed the scatter that its coherence explains on top, as "
             f"one run in {ONE_RUN_IN:g} has it on a single line"
         )
+    kind = estimator(found.estimate)
     check = Check(
-        f"FRFs from time integration ({found.estimate.kind}), magnitude", subject, (FBS, ROUTE),
+        f"FRFs from time integration ({kind}), magnitude", subject, (FBS, ROUTE),
         "largest difference, dB", float(magnitude.max()), DECIBEL_TOLERANCE, reason,
         _findings(found, magnitude, DECIBEL_TOLERANCE, "dB"),
     )  # fmt: skip
@@ -300,7 +306,7 @@ def estimate_checks(found: EstimatedFrfs) -> list[Check]:
         check,
         replace(
             check,
-            name=f"FRFs from time integration ({found.estimate.kind}), phase",
+            name=f"FRFs from time integration ({kind}), phase",
             measure="largest difference, degrees",
             value=float(phase.max()),
             tolerance=DEGREE_TOLERANCE,

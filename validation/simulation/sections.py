@@ -15,7 +15,7 @@ from mbs_models.signals.sines import SteppedSine, Sweep
 
 from ..modes import equation_modes
 from .drive_level import DriveLevels, frf_of
-from .estimates import DECIBEL_TOLERANCE, DEGREE_TOLERANCE, EstimatedFrfs
+from .estimates import DECIBEL_TOLERANCE, DEGREE_TOLERANCE, EstimatedFrfs, estimator
 from .frf_figures import FrfPair, LevelCurve, frf_figure, level_figure, peak_hold_figure
 from .gear_run import LEAST_TURNS, GearRun, RingSensor
 from .long_records import thinned, thinned_places
@@ -74,7 +74,7 @@ def _frfs(estimated: EstimatedFrfs, place: int) -> Section:
     frf, reference = estimated.estimate.frf, estimated.reference
     coherence = estimated.estimate.coherence
     words = [
-        f"{len(frf.frequency)} lines by the estimator “{estimated.estimate.kind}”"
+        f"{len(frf.frequency)} lines by the estimator “{estimator(estimated.estimate)}”"
         + (
             f" over {estimated.estimate.n_averages} averages"
             if estimated.estimate.n_averages > 1
