@@ -259,7 +259,11 @@ def test_ctrl_c_ends_in_130_and_keeps_the_pieces(tmp_path: Path) -> None:
         sys.executable, "-m", "validation.cli", "simulate", "lin-parker-4", "--excitation",
         f"noise@{W}:fmax=2000", "--duration", "60", "--out", str(tmp_path),
     ]  # fmt: skip
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+        # tests run in the background of a shell inherit an ignored SIGINT
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )  # fmt: skip
     checkpoint, patience = tmp_path / "pieces" / "forward" / "checkpoint.npz", time.time() + 60
     while not checkpoint.exists() and process.poll() is None and time.time() < patience:
         time.sleep(0.05)
