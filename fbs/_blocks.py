@@ -11,6 +11,8 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
+import numpy as np
+
 from .blas_threads import one_blas_thread
 
 Task = TypeVar("Task")
@@ -20,6 +22,21 @@ SPAN = 2**14
 
 WORTH_A_THREAD = 2**19
 """Bytes: to start a thread takes as long as to compute and write some 100 kB."""
+
+
+KEPT = 2**25 - 2**16
+"""Bytes: a little less than the largest mapping that glibc's malloc learns from."""
+
+
+def keep_freed_memory() -> None:
+    """Let the C library keep what is freed, up to 64 MB, for the next block of lines.
+
+    As it starts, glibc's malloc maps every array of 128 kB and more anew and hands freed memory
+    back: a page fault for each 4 kB, which takes as long as to compute them. It stops doing so for
+    sizes that it has seen freed (mallopt(3), M_MMAP_THRESHOLD). The array here is never touched,
+    so that it takes no memory itself; other libraries just allocate and free it.
+    """
+    np.empty(KEPT, dtype=np.uint8)
 
 
 def cores() -> int:

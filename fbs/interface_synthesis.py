@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._checks import FloatArray, ascending_frequency
+from ._blocks import stretches
+from ._checks import ComplexArray, FloatArray, ascending_frequency
 from .damped_modes import is_proportional, modal_damping
 from .errors import SingularLineError
 from .frf import Frf
@@ -15,8 +17,103 @@ from .modal_synthesis import modal_frf
 from .second_order_system import SecondOrderSystem
 from .undamped_modes import EPS, RealModes, real_modes
 
-BLOCK = 4096
-"""Lines at once: real and imaginary gains of ten modes are 0.7 MB, which stay in cache."""
+GAINS = 2**15
+"""Gains of modes at once: real and imaginary ones, and what they are made of, stay in cache."""
+
+
+@dataclass(frozen=True, eq=False)
+class InterfaceModes:
+    """What the modes that move the interface add to its FRFs, see `interface_frf`.
+
+    Parameters
+    ----------
+    square, friction, loss : arrays, shape (n_modes, 1)
+        w_r^2, g_r and eta w_r^2.
+    pairs : tuple of (row, column)
+        Of a symmetric receptance the upper half.
+    symmetric : bool
+    residues : array, shape (n_pairs, n_modes)
+        phi_ir phi_jr.
+    round_off : float
+        Of w_r^2, relative.
+    """
+
+    square: FloatArray
+    friction: FloatArray
+    loss: FloatArray
+    pairs: tuple[tuple[int, int], ...]
+    symmetric: bool
+    residues: FloatArray
+    round_off: float
+
+    @classmethod
+    def of(
+        cls, system: SecondOrderSystem, rows: tuple[str, ...], columns: tuple[str, ...]
+    ) -> InterfaceModes | None:
+        """Solve for the modes; None where damping ties them to each other."""
+        modes = real_modes(system)
+        damping = modal_damping(modes, system.damping)
+        if not is_proportional(damping):
+            return None
+        i, row_factor = system.locate(rows)
+        j, column_factor = system.locate(columns)
+        moving = _moving(modes, [*i, *j])
+        left = modes.shapes[i][:, moving] * row_factor[:, None]
+        right = modes.shapes[j][:, moving] * column_factor[:, None]
+        pairs = [(a, b) for a in range(len(rows)) for b in range(len(columns))]
+        symmetric = rows == columns
+        if symmetric:
+            pairs = [(a, b) for a, b in pairs if a <= b]
+        square = modes.angular_frequency[moving, None] ** 2
+        return cls(
+            square,
+            np.diag(damping)[moving, None],
+            system.loss_factor * square,
+            tuple(pairs),
+            symmetric,
+            np.array([left[a] * right[b] for a, b in pairs]).reshape(len(pairs), len(moving)),
+            16 * len(system.dofs) * EPS,
+        )
+
+    def refuse_poles(self, axis: FloatArray) -> None:
+        """Name the lines on a pole, as near as `modal_frf` allows; the nearest two will do.
+
+        Raises
+        ------
+        SingularLineError
+        """
+        omega = 2 * np.pi * axis
+        wr = np.sqrt(self.square)
+        near = np.clip(np.searchsorted(omega, wr) + np.array([-1, 0]), 0, axis.size - 1)
+        w = omega[near]
+        size = np.abs((wr - w) * (wr + w) + 1j * (self.friction * w + self.loss))
+        singular = size <= self.round_off * (self.square + w**2)
+        if singular.any():
+            raise SingularLineError(
+                axis[np.unique(near[singular])],
+                "an undamped mode, or rigid-body motion at 0 Hz, makes the FRF infinite",
+                "leave these lines out, shift the axis or add damping",
+            )
+
+    def write(self, omega: FloatArray, out: ComplexArray) -> None:
+        """Write the receptance at `omega`, shape (nf,), rad/s, into (n_row, n_column, nf)."""
+        for lines in stretches(omega.size, max(1024, GAINS // max(1, len(self.square)))):
+            w = omega[lines]
+            real = self.square - w * w
+            imaginary = self.friction * w
+            if self.loss.any():
+                imaginary += self.loss
+            inverse = real * real
+            inverse += imaginary * imaginary
+            np.divide(1.0, inverse, out=inverse)
+            real *= inverse
+            imaginary *= inverse
+            sums = zip(self.pairs, self.residues @ real, self.residues @ imaginary, strict=True)
+            for (a, b), above, below in sums:
+                out.real[a, b, lines] = above
+                np.negative(below, out=out.imag[a, b, lines])
+                if self.symmetric and a != b:
+                    out[b, a, lines] = out[a, b, lines]
 
 
 def interface_frf(
@@ -42,57 +139,15 @@ def interface_frf(
     """
     axis = ascending_frequency(frequency)
     rows, columns = tuple(responses), tuple(excitations)
-    modes = real_modes(system)
-    damping = modal_damping(modes, system.damping)
-    if not is_proportional(damping):
+    modes = InterfaceModes.of(system, rows, columns)
+    if modes is None:
         return modal_frf(system, axis, rows, columns)
-    i, row_factor = system.locate(rows)
-    j, column_factor = system.locate(columns)
-    part = _moving(modes, [*i, *j])
-    left = modes.shapes[i][:, part] * row_factor[:, None]
-    right = modes.shapes[j][:, part] * column_factor[:, None]
-    wr, friction = modes.angular_frequency[part, None], np.diag(damping)[part, None]
-    loss = system.loss_factor * wr**2
-    _refuse_poles(axis, wr, friction, loss, 16 * len(system.dofs) * EPS)
+    modes.refuse_poles(axis)
     values = np.empty((len(rows), len(columns), axis.size), dtype=complex)
-    pairs = [(a, b) for a in range(len(rows)) for b in range(len(columns))]
-    if rows == columns:  # H is symmetric then
-        pairs = [(a, b) for a, b in pairs if a <= b]
-    weights = np.array([left[a] * right[b] for a, b in pairs])
-    for start in range(0, axis.size, BLOCK):
-        lines = slice(start, start + BLOCK)
-        w = 2 * np.pi * axis[lines]
-        real, imaginary = (wr - w) * (wr + w), friction * w + loss
-        square = 1 / (real * real + imaginary * imaginary)
-        real *= square
-        imaginary *= square
-        for (a, b), weight in zip(pairs, weights, strict=True):
-            values.real[a, b, lines] = weight @ real
-            np.negative(weight @ imaginary, out=values.imag[a, b, lines])
-    if rows == columns:
-        for a, b in pairs:
-            values[b, a] = values[a, b]
+    modes.write(2 * np.pi * axis, values)
     return Frf(axis, values.transpose(2, 0, 1), rows, columns)
 
 
 def _moving(modes: RealModes, asked: list[int]) -> NDArray[np.intp]:
     limit = 16 * len(modes.shapes) * EPS * np.abs(modes.shapes).max(axis=0)
     return np.flatnonzero(np.abs(modes.shapes[asked]).max(axis=0) > limit)
-
-
-def _refuse_poles(
-    axis: FloatArray, wr: FloatArray, friction: FloatArray, loss: FloatArray, tolerance: float
-) -> None:
-    """Name the lines on a pole, as near as `modal_frf` allows; the nearest two will do."""
-    omega = 2 * np.pi * axis
-    near = np.searchsorted(omega, wr) + np.array([-1, 0])
-    near = np.clip(near, 0, axis.size - 1)
-    w = omega[near]
-    size = np.abs((wr - w) * (wr + w) + 1j * (friction * w + loss))
-    singular = size <= tolerance * (wr**2 + w**2)
-    if singular.any():
-        raise SingularLineError(
-            axis[np.unique(near[singular])],
-            "an undamped mode, or rigid-body motion at 0 Hz, makes the FRF infinite",
-            "leave these lines out, shift the axis or add damping",
-        )

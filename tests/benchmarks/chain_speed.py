@@ -21,7 +21,6 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -46,7 +45,6 @@ LINES = frequency_axis(1.0, 15000.0, 1.0)
 THREADS = ("1", "2")
 ROUNDS = 11
 STAGE_WISE = "stage by stage"
-STAGE_WISE_2 = "stage by stage, 2 threads"
 OURS = "modal, real_modes"
 EIGH = "modal, scipy eigh"
 EIGH_FEW = "modal, eigh, modes at rest out"
@@ -106,15 +104,8 @@ def measure(path: str) -> None:
         error = scaled_error(exact.values[shared], frf.values[at]).max()
         found[name] = {"s": seconds, "error": float(error), "note": text}
 
-    with ThreadPoolExecutor(2) as pool:
-        for name, executor in ((STAGE_WISE, None), (STAGE_WISE_2, pool)):
-            seconds, chain = median_time(
-                lambda executor=executor: couple_chain(
-                    stages, joints, LINES, ends, ends, executor=executor
-                ),
-                7,
-            )
-            note(name, seconds, chain.frf, f"kernel {chain.kernel_condition.max():.0e}")
+    seconds, chain = median_time(lambda: couple_chain(stages, joints, LINES, ends, ends), 7)
+    note(STAGE_WISE, seconds, chain.frf, f"kernel {chain.kernel_condition.max():.0e}")
     for name, few in ((EIGH, False), (EIGH_FEW, True)):
         seconds, frf = median_time(lambda few=few: fastest_modal(whole, ends, few), 5)
         note(name, seconds, frf)
@@ -181,7 +172,7 @@ def measured(path: str) -> dict[str, dict[str, Any]]:
 
 def print_table(length: int, size: int, table: dict[str, dict[str, Any]]) -> None:
     """Print one chain's methods."""
-    ours = fastest(table)
+    ours = table[STAGE_WISE]["s"]
     print(f"\n{length} stages, {size} DoFs, {LINES.size} lines, 4 FRFs")
     print(f"{'':32}{'s':>10}{'ms/stage':>10}{'× ours':>8}{'error':>9}  note (timed on, order)")
     for name, row in table.items():
@@ -189,11 +180,6 @@ def print_table(length: int, size: int, table: dict[str, dict[str, Any]]) -> Non
         each, ratio = 1e3 * row["s"] / length, row["s"] / ours
         note = f"{row['note']} lines" if isinstance(row["note"], int) else row["note"]
         print(f"{name:32}{row['s']:10.4f}{each:10.2f}{ratio:8.2f}{error:>9}  {note}", flush=True)
-
-
-def fastest(table: dict[str, dict[str, Any]]) -> float:
-    """Seconds of the stage-wise coupling, on one thread or two."""
-    return float(min(table[STAGE_WISE]["s"], table[STAGE_WISE_2]["s"]))
 
 
 def main(lengths: list[int]) -> None:
@@ -205,7 +191,7 @@ def main(lengths: list[int]) -> None:
             tables[length] = measured(path)
             print_table(length, size, tables[length])
         turns = alone("1", "--in-turn", *(path for path, _ in files.values()))
-    ours = {length: fastest(table) for length, table in tables.items()}
+    ours = {length: table[STAGE_WISE]["s"] for length, table in tables.items()}
     print(f"\n{STAGE_WISE}, all lengths in turn, {ROUNDS} rounds, ms per stage")
     print(f"{'stages':>8}{'median':>8}{'least':>8}")
     for length, median, least in zip(lengths, *turns, strict=True):

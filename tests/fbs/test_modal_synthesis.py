@@ -13,7 +13,7 @@ from fbs_systems import (
     random_system,
     scaled_error,
 )
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from fbs import (
@@ -382,6 +382,26 @@ def test_a_noisy_stiffness_keeps_its_rigid_body_with_a_tolerance():
     assert real_modes(noisy, rigid_tolerance=1e-7).n_rigid == 1
     with pytest.raises(FbsError, match="rigid_tolerance"):
         real_modes(noisy, rigid_tolerance=0.0)
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(2, 12), st.integers(0, 4), st.floats(-14, -1))
+def test_the_lowest_eigenvalue_decides_whether_a_stiffness_is_definite(seed, n, missing, exponent):
+    # of rank n - missing, then one direction pushed below zero; the factorisation must not miss it
+    rng = np.random.default_rng(seed)
+    factor = rng.standard_normal((max(1, n - missing), n))
+    direction = rng.standard_normal(n)
+    stiffness = factor.T @ factor - 10**exponent * np.outer(direction, direction)
+    system = diagonal_system(np.ones(n), 1e6 * (stiffness + stiffness.T))
+    root = np.sqrt(np.abs(np.diag(stiffness)))
+    lowest = np.linalg.eigvalsh(stiffness / np.outer(root, root))[0]
+    tolerance = 64 * n * np.finfo(float).eps
+    assume(not 0.5 < -lowest / tolerance < 2)  # eigvalsh itself rounds by some n eps
+    if lowest < -tolerance:
+        with pytest.raises(IndefiniteStiffnessError):
+            real_modes(system)
+    else:
+        real_modes(system)
 
 
 def test_stiffness_and_mass_are_refused_by_name():

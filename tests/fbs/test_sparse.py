@@ -154,6 +154,8 @@ def test_a_chain_of_sparse_parts():
     whole = couple({name: direct_frf(part, AXIS) for name, part in parts.items()}, joints)
     error = scaled_error(chain.frf, whole.frf.select(asked, asked))
     assert error.max() < 1e-10  # eps times the condition of Z and of the kernel
+    with pytest.raises(FbsError, match=r"part 'a' is a SparseSystem: .* synthesis=sparse_frf"):
+        couple_chain(wide, joints, AXIS, asked, asked)
 
 
 def test_refused():
