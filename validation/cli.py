@@ -293,7 +293,7 @@ def sweep(
         str | None, typer.Option(help="How they are drawn: lhs (Latin hypercube) or random.")
     ] = None,
     seed: Annotated[int, typer.Option(help="Of the draws.")] = 0,
-    out: Annotated[Path, typer.Option(help="Where table and pictures go.")] = Path(
+    out: Annotated[Path, typer.Option(help="Where table, pictures and report go.")] = Path(
         "crosscheck-sweep"
     ),
     workers: Annotated[
@@ -309,7 +309,7 @@ def sweep(
         bool, typer.Option("--stream", help="Write the FRFs to disk piece by piece.")
     ] = False,
 ) -> None:
-    """Vary parameters: an FRF and natural frequencies as table and pictures; goes on if stopped."""
+    """Vary parameters: an FRF and natural frequencies, as table and report; goes on if stopped."""
     from mbs_models.model_file import load
 
     from .sweep.executors import check as check_executor
@@ -324,7 +324,7 @@ def sweep(
 
     lines, pair = band(fmin, fmax, df), dof_pair(response, excitation)
     todo = task(drivetrain, samples_of, lines, pair, n_modes, route, metric or (), streamed=stream)
-    if not carry_out(drivetrain.name, todo, samples_of, out, workers, executor, streamed=stream):
+    if not carry_out(drivetrain, todo, samples_of, out, workers, executor, streamed=stream):
         raise typer.Exit(130)
 
 

@@ -1,51 +1,95 @@
-"""Pictures of a sweep: FRF map, percentile bands, loci, metrics, sensitivities."""
+"""Pictures of a sweep: FRFs, percentile bands, loci, metrics, sensitivities."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from io import StringIO
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, NullFormatter
 from numpy.typing import NDArray
-from scipy.stats import rankdata
 
-from ..report.style import BLUE, INK, KIND_COLORS, MUTED, VERMILLION, WIDTH, styled
+from ..report.style import (
+    BLUE,
+    INK,
+    KIND_COLORS,
+    MUTED,
+    VERMILLION,
+    WIDTH,
+    frequency_axis,
+    styled,
+    svg,
+)
+from .axes import constant_limits, logarithmic, metric_axis, parameter_axis, varying
+from .grid_figures import Rows, draw_frfs, draw_metrics
 from .metrics import decibels
-from .output import Sweep, Writer
+from .output import Sweep
+from .sensitivity import Sensitivity, is_slope, sensitivities
 
 FloatArray = NDArray[np.float64]
 
-MAP_COLUMNS, MAP_ROWS = 1200, 400
 PERCENTILES = (5, 25, 50, 75, 95)
 LINES_AT_ONCE = 512  # one page of a file holds as many
 RANKED = 15  # sensitivities shown
-ROUND_OFF = 1e-9  # a metric that varies less is constant
 NEGLIGIBLE = 1e-6  # not worth a bar: round-off is far below
 
 
-def pictures(sweep: Sweep) -> dict[str, Writer]:
-    """File name → what writes the picture; only those the sweep has data for."""
-    drawn: dict[str, Callable[[Sweep, Figure], None]] = {}
-    if sweep.has_frf and len(_varying(sweep)) == 1 and not sweep.design.sampled:
-        drawn["frf_map.svg"] = _frf_map
+@dataclass(frozen=True)
+class Picture:
+    """A picture of a sweep.
+
+    Attributes
+    ----------
+    file, title, words
+        Its file's name, what it is, and how to read it.
+    text, inline
+        The SVG as a file of its own, and to stand in a page.
+    """
+
+    file: str
+    title: str
+    words: str
+    text: str
+    inline: str
+
+
+def pictures(sweep: Sweep) -> tuple[Picture, ...]:
+    """Draw what the sweep has data for."""
+    grid = not sweep.design.sampled and bool(varying(sweep))
+    found = []
+    if sweep.has_frf and grid:
+        words = "The FRF over frequency, for each value of the parameters."
+        found.append(_drawn(sweep, "frf_map.svg", "FRF over the parameters", words, draw_frfs))
     if sweep.has_frf and sweep.design.sampled:
-        drawn["bands.svg"] = _bands
-    if sweep.outcome.frequency_hz.size and _varying(sweep):
-        drawn["frequencies.svg"] = _loci
-    if _metrics_shown(sweep):
-        drawn["metrics.svg"] = _metrics
+        words = "Line by line, how much of the samples lies where."
+        found.append(_drawn(sweep, "bands.svg", "FRF with its scatter", words, _bands))
+    if rows := _metrics_shown(sweep):
+        words = "Each metric, " + ("as often as it is found." if not grid else "over the grid.")
+
+        def metrics(sweep: Sweep, figure: Figure) -> None:
+            (draw_metrics if grid else _spreads)(sweep, figure, rows)
+
+        found.append(_drawn(sweep, "metrics.svg", "Metrics", words, metrics))
     if any(abs(s.value) > NEGLIGIBLE for s in sensitivities(sweep)):
-        drawn["sensitivity.svg"] = _sensitivity
-    return {name: _writer(sweep, draw) for name, draw in drawn.items()}
+        words = (
+            "Relative change of a metric for a relative change of the parameter, mean over its "
+            "range: +1 is in proportion."
+            if is_slope(sweep)
+            else "Spearman’s rank correlation ρ: +1 or −1 where the metric only ever grows or "
+            "falls with the parameter, whatever else varies; near 0 where others decide."
+        )
+        found.append(_drawn(sweep, "sensitivity.svg", "Sensitivities", words, _sensitivity))
+    if sweep.outcome.frequency_hz.size and varying(sweep):
+        words = "Natural frequencies of all samples, coloured by the kind of mode."
+        found.append(_drawn(sweep, "frequencies.svg", "Natural frequencies", words, _loci))
+    return tuple(found)
 
 
-def _metrics_shown(sweep: Sweep) -> dict[str, NDArray[np.intp]]:
-    """Metrics to draw, over one parameter or as drawn samples spread; and the samples with one."""
-    if not sweep.design.sampled and len(_varying(sweep)) != 1:
+def _metrics_shown(sweep: Sweep) -> Rows:
+    """The metrics, each with the samples that have a value."""
+    if not (sweep.design.sampled or varying(sweep)):
         return {}
     with_value = {
         name: np.flatnonzero(sweep.outcome.ok & np.isfinite(column))
@@ -54,87 +98,16 @@ def _metrics_shown(sweep: Sweep) -> dict[str, NDArray[np.intp]]:
     return {name: rows for name, rows in with_value.items() if len(rows)}
 
 
-def _writer(sweep: Sweep, draw: Callable[[Sweep, Figure], None]) -> Writer:
-    def write(path: Path) -> None:
-        with styled():
-            figure = Figure(figsize=(WIDTH, 0.55 * WIDTH), layout="constrained")
-            draw(sweep, figure)
-            figure.savefig(path, format="svg", facecolor="white", metadata={"Date": None}, dpi=150)
-
-    return write
-
-
-def _varying(sweep: Sweep) -> list[int]:
-    """Parameters that take more than one value."""
-    return [k for k in range(len(sweep.design.paths)) if np.ptp(sweep.values[:, k]) > 0.0]
-
-
-def _logarithmic(values: FloatArray) -> bool:
-    """Whether values are better shown on a logarithmic axis."""
-    return bool(values.min() > 0.0 and values.max() / values.min() > 20.0)
-
-
-def _parameter_axis(axes: Axes, name: str, values: FloatArray, *, vertical: bool) -> None:
-    scale = "log" if _logarithmic(values) else "linear"
-    if vertical:
-        axes.set(ylabel=name, yscale=scale)
-    else:
-        axes.set(xlabel=name, xscale=scale)
-    if scale == "log":
-        axis = axes.yaxis if vertical else axes.xaxis
-        axis.set_major_formatter(FuncFormatter(_number))
-        axis.set_minor_formatter(NullFormatter())
-
-
-def _number(value: float, _: object = None) -> str:
-    """A tick's number: 12000 or 1e5, not 100000 or 1e+05."""
-    text = f"{value:.6g}" if abs(value) < 1e5 else f"{value:.3g}"
-    mantissa, e, exponent = text.partition("e")
-    return f"{mantissa}e{int(exponent)}" if e else text
-
-
-def _metric_axis(axes: Axes, name: str, values: FloatArray, *, vertical: bool) -> None:
-    """A metric's scale and short numbers; what is constant up to round-off is drawn so."""
-    scale = "log" if _logarithmic(values) else "linear"
-    low, high = float(values.min()), float(values.max())
-    constant = high - low <= ROUND_OFF * max(abs(low), abs(high))
-    half = 0.05 * abs(low) or 1.0
-    limits = (low - half, high + half) if constant else None
-    if vertical:
-        axes.set(ylabel=name, yscale=scale, ylim=limits)
-    else:
-        axes.set(xlabel=name, xscale=scale, xlim=limits)
-    axis = axes.yaxis if vertical else axes.xaxis
-    axis.set_major_formatter(FuncFormatter(_number))
-    axis.set_minor_formatter(NullFormatter())
-
-
-def _frf_map(sweep: Sweep, figure: Figure) -> None:
-    """The FRF over frequency and the parameter; each column is the highest of its lines."""
-    (k,) = _varying(sweep)
-    rows = np.flatnonzero(sweep.outcome.ok)
-    rows = rows[np.argsort(sweep.values[rows, k], kind="stable")]
-    rows = rows[np.unique(np.linspace(0, len(rows) - 1, MAP_ROWS).astype(int))]
-    starts = np.unique(np.linspace(0, len(sweep.frequency) - 1, MAP_COLUMNS).astype(int))
-    level = decibels(
-        np.array([np.maximum.reduceat(sweep.outcome.magnitude[row], starts) for row in rows])
-    )
-    low, high = np.percentile(level[np.isfinite(level)], (1.0, 99.5))
-    axes = figure.subplots()
-    picture = axes.pcolormesh(
-        sweep.frequency[starts],
-        sweep.values[rows, k],
-        level,
-        shading="nearest",
-        cmap="viridis",
-        vmin=low,
-        vmax=high,
-        rasterized=True,
-    )
-    _parameter_axis(axes, sweep.design.paths[k], sweep.values[rows, k], vertical=True)
-    axes.grid(visible=False)
-    axes.set(xlabel="frequency, Hz", title=f"{sweep.title}: {sweep.frf_name}")
-    figure.colorbar(picture, label="|H|, dB re 1 m/N")
+def _drawn(
+    sweep: Sweep, file: str, title: str, words: str, draw: Callable[[Sweep, Figure], None]
+) -> Picture:
+    with styled():
+        figure = Figure(figsize=(WIDTH, 0.55 * WIDTH), layout="constrained", dpi=150)
+        draw(sweep, figure)
+        stream = StringIO()
+        figure.savefig(stream, format="svg", facecolor="white", metadata={"Date": None})
+        inline = svg(figure, file.removesuffix(".svg"), f"{sweep.title}: {title}")
+    return Picture(file, title, words, stream.getvalue(), inline)
 
 
 def _bands(sweep: Sweep, figure: Figure) -> None:
@@ -146,7 +119,8 @@ def _bands(sweep: Sweep, figure: Figure) -> None:
             sweep.frequency, levels[low], levels[high], color=BLUE, alpha=alpha, lw=0, label=name
         )
     axes.plot(sweep.frequency, levels[2], color=INK, lw=0.8, label="median")
-    axes.set(xlabel="frequency, Hz", ylabel="|H|, dB re 1 m/N")
+    frequency_axis(axes, sweep.frequency[0], sweep.frequency[-1])
+    axes.set(ylabel="|H|, dB re 1 m/N")
     axes.set_title(f"{sweep.title}: {sweep.frf_name}, {sweep.outcome.ok.sum()} samples")
     axes.legend(ncols=3)
 
@@ -167,7 +141,7 @@ def percentiles(magnitude: FloatArray, rows: NDArray[np.intp]) -> FloatArray:
 
 def _loci(sweep: Sweep, figure: Figure) -> None:
     """Natural frequencies over each parameter that varies (up to four), coloured by kind."""
-    shown = _varying(sweep)[:4]
+    shown = varying(sweep)[:4]
     ok = sweep.outcome.ok
     frequency, kind = sweep.outcome.frequency_hz[ok], sweep.outcome.kind[ok]
     all_axes = figure.subplots(1, len(shown), sharey=True, squeeze=False)[0]
@@ -179,73 +153,13 @@ def _loci(sweep: Sweep, figure: Figure) -> None:
                 axes.plot(
                     values[mask], frequency[mask], ".", ms=5, color=color, label=str(name), mew=0
                 )
-        _parameter_axis(axes, sweep.design.paths[k], sweep.values[ok, k], vertical=False)
+        parameter_axis(axes, sweep.design.paths[k], sweep.values[ok, k], vertical=False)
     all_axes[0].set(ylabel="natural frequency, Hz", title=sweep.title)
-    if all_axes[0].get_legend_handles_labels()[0]:
-        all_axes[0].legend(markerscale=2)
-
-
-@dataclass(frozen=True)
-class Sensitivity:
-    """How a metric follows a parameter: a logarithmic slope, or a rank correlation."""
-
-    metric: str
-    parameter: str
-    value: float
-
-
-def sensitivities(sweep: Sweep) -> tuple[Sensitivity, ...]:
-    """Those of the metrics, then those of the natural frequencies; each by size."""
-    frequencies = enumerate(sweep.outcome.frequency_hz.T, start=1)
-    return (
-        *_ranked(sweep, {name: _ratio(name, column) for name, column in sweep.metrics.items()}),
-        *_ranked(sweep, {f"f{k}": column for k, column in frequencies}),
-    )
-
-
-def _ratio(name: str, column: FloatArray) -> FloatArray:
-    """A metric as a ratio: what is in dB as the amplitude it stands for."""
-    return np.asarray(10.0 ** (column / 20.0)) if name.endswith("_db") else column
-
-
-def _ranked(sweep: Sweep, columns: Mapping[str, FloatArray]) -> list[Sensitivity]:
-    """∂log m/∂log p if one parameter varies (mean over its range), else Spearman's ρ; by size.
-
-    Of the samples that have a value; a metric that is zero or negative somewhere has none.
-    """
-    measure = log_slope if is_slope(sweep) else spearman
-    found = []
-    for name, column in columns.items():
-        rows = sweep.outcome.ok & np.isfinite(column)
-        if rows.sum() < 2 or (column[rows] <= 0.0).any():
-            continue
-        found += [
-            Sensitivity(name, sweep.design.paths[k], measure(sweep.values[rows, k], column[rows]))
-            for k in _varying(sweep)
-        ]
-    return sorted(found, key=lambda s: -abs(s.value))
-
-
-def is_slope(sweep: Sweep) -> bool:
-    """Whether sensitivities are slopes: one positive parameter varies."""
-    varying = _varying(sweep)
-    return len(varying) == 1 and bool((sweep.values[:, varying[0]] > 0.0).all())
-
-
-def log_slope(parameter: FloatArray, metric: FloatArray) -> float:
-    """Slope of the line through (log p, log metric), least squares."""
-    p, m = np.log(parameter), np.log(metric)
-    p, m = p - p.mean(), m - m.mean()
-    return float(p @ m / (p @ p)) if p.any() else 0.0
-
-
-def spearman(parameter: FloatArray, metric: FloatArray) -> float:
-    """Spearman's rank correlation ρ; 0 where either does not vary."""
-    # what differs by round-off only does not vary
-    p, m = (rankdata(np.round(x / np.abs(x).max(), 11)) for x in (parameter, metric))
-    p, m = p - p.mean(), m - m.mean()
-    size = np.sqrt((p @ p) * (m @ m))
-    return float(p @ m / size) if size > 0.0 else 0.0
+    handles, labels = all_axes[0].get_legend_handles_labels()
+    if handles:
+        figure.legend(
+            handles, labels, loc="outside lower center", ncols=len(handles), markerscale=2
+        )
 
 
 def _sensitivity(sweep: Sweep, figure: Figure) -> None:
@@ -277,40 +191,35 @@ def _bars(axes: Axes, shown: Sequence[Sensitivity], rows: int) -> None:
         )
 
 
-def _metrics(sweep: Sweep, figure: Figure) -> None:
-    """Each metric: over the parameter that varies, or how often it is where samples are drawn."""
-    shown = _metrics_shown(sweep)
+def _spreads(sweep: Sweep, figure: Figure, shown: Rows) -> None:
+    """How often each metric is where."""
     across = min(len(shown), 3)
     down = -(-len(shown) // across)
-    figure.set_size_inches(WIDTH, 0.4 + 2.4 * down)
+    figure.set_size_inches(WIDTH, 0.6 + 2.4 * down)
     panels = figure.subplots(down, across, squeeze=False).ravel()
     for axes, (name, rows) in zip(panels, shown.items(), strict=False):
-        column = sweep.metrics[name]
-        if sweep.design.sampled:
-            _spread(axes, name, column[rows])
-        else:
-            (k,) = _varying(sweep)
-            order = rows[np.argsort(sweep.values[rows, k], kind="stable")]
-            axes.plot(sweep.values[order, k], column[order], ".-", color=BLUE, ms=3, lw=0.8)
-            _parameter_axis(axes, sweep.design.paths[k], sweep.values[order, k], vertical=False)
-            _metric_axis(axes, name, column[rows], vertical=True)
+        _spread(axes, name, sweep.metrics[name][rows])
     for axes in panels[len(shown) :]:
         axes.set_axis_off()
-    what = f": {sweep.frf_name}" if sweep.has_frf else ""
-    panels[0].set_title(f"{sweep.title}{what}")
-    if sweep.design.sampled:
-        panels[0].legend()
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=3)
 
 
 def _spread(axes: Axes, name: str, values: FloatArray) -> None:
     """A histogram with its median and the ranges that hold half and 90 % of the samples."""
     low, quarter, median, three_quarters, high = np.percentile(values, PERCENTILES)
-    edges = np.histogram_bin_edges(values, bins="sqrt")
-    if _logarithmic(values):
-        edges = np.geomspace(values.min(), values.max(), len(edges))
-    axes.hist(values, bins=edges.tolist(), color=MUTED)
+    axes.hist(values, bins=_bins(values), color=MUTED)
     axes.axvspan(low, high, color=BLUE, alpha=0.15, lw=0, label="5 – 95 %")
     axes.axvspan(quarter, three_quarters, color=BLUE, alpha=0.25, lw=0, label="25 – 75 %")
     axes.axvline(median, color=INK, lw=0.8, label="median")
-    _metric_axis(axes, name, values, vertical=False)
+    metric_axis(axes, name, values, vertical=False)
     axes.set(ylabel="samples")
+
+
+def _bins(values: FloatArray) -> list[float]:
+    """Edges of the bars: √n of them, equally wide as drawn; one around what is constant."""
+    if limits := constant_limits(values):
+        return list(limits)
+    count = len(np.histogram_bin_edges(values, bins="sqrt"))
+    space = np.geomspace if logarithmic(values) else np.linspace
+    return [float(edge) for edge in space(values.min(), values.max(), count)]

@@ -2,15 +2,16 @@
 
 | metric | columns |
 | --- | --- |
-| ``peak[:F1:F2]`` | highest |H| of the lines (dB re 1 m/N), and where it is (Hz) |
+| ``peak[:F1:F2]`` | highest resonance peak: level (dB re 1 m/N) and frequency (Hz) |
 | ``rms[:F1:F2]`` | root mean square of |H| over the lines (m/N) |
 | ``mean[:F1:F2]`` | mean level: the average of the lines' dB (dB re 1 m/N) |
 | ``level:F`` | |H| at a line (dB re 1 m/N) |
 | ``drop:F`` | how far |H| at a line is below that of the model as it is (dB) |
 | ``frequency:N``, ``frequency:KIND:N`` | N-th natural frequency, of all modes or of a kind's (Hz) |
 
-Without F1 and F2 the whole band counts. Nothing is interpolated: a peak is the highest line, and
-``level`` and ``drop`` take a line of the axis.
+Without F1 and F2 the whole band counts. Nothing is interpolated: a peak is a line above both its
+neighbours (if a band has none, the highest line), and ``level`` and ``drop`` take a line of the
+axis. The rise towards 0 Hz of a drivetrain that is free to turn is no peak.
 """
 
 from __future__ import annotations
@@ -114,8 +115,14 @@ def decibels(magnitude: FloatArray) -> FloatArray:
 
 
 def peak(magnitude: FloatArray, frequency: FloatArray) -> FloatArray:
-    """(n, 2) level of the highest line (dB re 1 m/N), and the line (Hz)."""
-    at = np.argmax(magnitude, axis=1)
+    """(n, 2) level of the highest line above both its neighbours (dB re 1 m/N), and the line (Hz).
+
+    The highest line of all where |H| only rises or falls, or has one peak at either end.
+    """
+    inner = magnitude[:, 1:-1]
+    stands_out = (inner > magnitude[:, :-2]) & (inner >= magnitude[:, 2:])
+    resonance = np.argmax(np.where(stands_out, inner, -1.0), axis=1) + 1 if inner.size else 0
+    at = np.where(stands_out.any(axis=1), resonance, np.argmax(magnitude, axis=1))
     return np.column_stack([decibels(magnitude[np.arange(len(at)), at]), frequency[at]])
 
 

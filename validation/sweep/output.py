@@ -8,7 +8,7 @@ import os
 import shutil
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from zipfile import BadZipFile
 
@@ -75,14 +75,16 @@ class Sweep:
 
 
 def write_sweep(
-    sweep: Sweep, directory: Path, pictures: Mapping[str, Writer], streamed: Path | None = None
+    sweep: Sweep, directory: Path, texts: Mapping[str, str], streamed: Path | None = None
 ) -> tuple[Path, ...]:
-    """Write table and pictures; a file of an earlier sweep is replaced whole or not at all.
+    """Write the table and texts; a file of an earlier sweep is replaced whole or not at all.
 
     Parameters
     ----------
-    sweep, directory, pictures
+    sweep, directory
         What is written, and where.
+    texts
+        File name → text, of the report and its pictures.
     streamed
         The file |H| went to, which becomes ``magnitude.npy``; None: |H| is part of the npz.
 
@@ -94,15 +96,15 @@ def write_sweep(
     writers: dict[str, Writer] = {
         "sweep.csv": lambda path: _write_csv(sweep, path),
         "sweep.npz": lambda path: _write_npz(sweep, path, with_magnitude=streamed is None),
-        **pictures,
+        **{name: partial(_write_text, text) for name, text in texts.items()},
     }
     make_directory(directory)
     partials = {name: directory / f".{name}.partial" for name in writers}
     try:
         for name, write in writers.items():
             write(partials[name])
-        for name, partial in partials.items():
-            partial.replace(directory / name)
+        for name, path in partials.items():
+            path.replace(directory / name)
         for name in {*PICTURES, MAGNITUDE} - set(writers):  # of an earlier sweep
             (directory / name).unlink(missing_ok=True)
         if streamed is not None:
@@ -110,8 +112,8 @@ def write_sweep(
     except OSError as error:
         raise CommandError(f"--out = {directory}: cannot be written: {error.strerror}") from error
     finally:
-        for partial in partials.values():
-            partial.unlink(missing_ok=True)
+        for path in partials.values():
+            path.unlink(missing_ok=True)
     names = (*writers, *((MAGNITUDE,) if streamed is not None else ()))
     return tuple(directory / name for name in names)
 
@@ -128,6 +130,10 @@ def make_directory(directory: Path) -> None:
         directory.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise CommandError(f"--out = {directory}: cannot be made: {error.strerror}") from error
+
+
+def _write_text(text: str, path: Path) -> None:
+    path.write_text(text, encoding="utf-8")
 
 
 def _write_csv(sweep: Sweep, path: Path) -> None:

@@ -7,16 +7,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import find_peaks
 
 from mbs_models.model_file import load
 from mbs_models.parameters import Drivetrain
 from validation.cli import main
 from validation.errors import CommandError
 from validation.results import Band
-from validation.sweep.figures import log_slope, percentiles, sensitivities, spearman
+from validation.sweep.figures import percentiles
 from validation.sweep.output import Pieces, Sweep
 from validation.sweep.parameters import design
 from validation.sweep.run import sweep, task
+from validation.sweep.sensitivity import log_slope, sensitivities, spearman
 
 PAIR = ("planetary.sun.w", "reducer.pinion.w")
 SPRING = "coupling.second_stiffness"
@@ -81,17 +83,18 @@ def test_the_command_writes_table_and_pictures(tmp_path, capsys):
     assert "7 of 7 samples computed" in capsys.readouterr().out
     names = {path.name for path in tmp_path.iterdir()}
     figures = {"frf_map.svg", "frequencies.svg", "metrics.svg", "sensitivity.svg"}
-    assert names == {"sweep.csv", "sweep.npz", *figures}
+    assert names == {"sweep.csv", "sweep.npz", "sweep.html", *figures}
     with (tmp_path / "sweep.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 7
     with np.load(tmp_path / "sweep.npz", allow_pickle=False) as data:
         assert data["magnitude"].shape == (7, 100)
-        peak = 20 * np.log10(data["magnitude"].max(axis=1))
+        at = [max(find_peaks(m)[0], key=lambda k, m=m: m[k]) for m in data["magnitude"]]
+        peak = 20 * np.log10([m[k] for m, k in zip(data["magnitude"], at, strict=True)])
         np.testing.assert_allclose(data["peak_db"], peak)
         np.testing.assert_allclose([float(row["peak_db"]) for row in rows], peak)
-        at = data["frequency"][data["magnitude"].argmax(axis=1)]
-        np.testing.assert_array_equal([float(row["peak_hz"]) for row in rows], at)
+        expected = data["frequency"][at]
+        np.testing.assert_array_equal([float(row["peak_hz"]) for row in rows], expected)
         rms = np.sqrt((data["magnitude"] ** 2).mean(axis=1))
         np.testing.assert_allclose(data["rms_m_per_n"], rms)
         np.testing.assert_array_equal(

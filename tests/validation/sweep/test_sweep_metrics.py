@@ -17,11 +17,12 @@ from validation.cli import main
 from validation.errors import CommandError
 from validation.results import Band
 from validation.routes import EQUATIONS
-from validation.sweep.figures import pictures, sensitivities
+from validation.sweep.figures import pictures
 from validation.sweep.metrics import Findings, columns, metrics
 from validation.sweep.output import Sweep
 from validation.sweep.parameters import changed, design, model_data, steps_to
 from validation.sweep.run import sweep, task
+from validation.sweep.sensitivity import sensitivities
 
 PAIR = ("planetary.sun.w", "reducer.pinion.w")
 SPRING = "coupling.second_stiffness"
@@ -62,6 +63,17 @@ def test_what_they_measure(text, names, expected):
     (metric,) = metrics([text], LINES)
     assert metric.columns == names
     np.testing.assert_allclose(metric.values(found()), expected, rtol=1e-13)
+
+
+def test_the_rise_of_a_free_drivetrain_to_0_hz_is_no_peak():
+    lines = np.arange(1.0, 101.0)
+    magnitude = 1.0 / lines**2 + 1e-3 / (1.0 + (lines - 60.0) ** 2)
+    given = Findings(lines, magnitude[None], [], nominal=abs)
+    (metric,) = metrics(["peak"], lines)
+    expected = [[20 * math.log10(magnitude[59]), 60.0]]
+    np.testing.assert_allclose(metric.values(given), expected, rtol=1e-13)
+    (metric,) = metrics(["peak:1:2"], lines)  # too few lines for a peak: the highest
+    np.testing.assert_allclose(metric.values(given), [[20 * math.log10(magnitude[0]), 1.0]])
 
 
 def test_nothing_asked_for_is_peak_and_rms():
@@ -139,7 +151,7 @@ def test_they_are_ranked_and_drawn(paper):
     ranked = {s.metric for s in sensitivities(result)}
     assert {"frequency_30_hz", "level_50_db"} <= ranked
     assert "frequency_planet_7_hz" not in ranked  # no sample has one
-    assert "metrics.svg" in pictures(result)
+    assert "metrics.svg" in {picture.file for picture in pictures(result)}
 
 
 def test_a_level_is_ranked_by_the_amplitude_it_stands_for(paper):
