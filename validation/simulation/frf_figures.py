@@ -150,20 +150,26 @@ def _draw_magnitudes(axes: Axes, frequency: FloatArray, pair: FrfPair, unit: str
 
 
 def _draw_phases(axes: Axes, frequency: FloatArray, pair: FrfPair) -> None:
-    """Phases, thinned evenly (their extremes would be nothing but ±180°), broken at ±180°."""
+    """Phases, thinned evenly (their extremes would be nothing but the ends of the axis)."""
     position = along_axis(frequency)
     columns = np.linspace(position[0], position[-1], CURVE_COLUMNS)
     thin = np.unique(np.searchsorted(position, columns))
-    for values, color, width in (
-        (pair.reference, REFERENCE_COLOR, 3.5),
-        (pair.estimate, BLUE, 1.0),
-    ):
-        angle = np.degrees(np.angle(values[thin]))
-        angle[1:][np.abs(np.diff(angle)) > 180.0] = np.nan
-        axes.plot(frequency[thin], angle, color=color, lw=width)
-    axes.set_ylim(-190.0, 190.0)
-    axes.set_yticks([-180.0, -90.0, 0.0, 90.0, 180.0])
+    reference = _phase(pair.reference[thin])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        off = np.degrees(np.angle(pair.estimate[thin] / pair.reference[thin]))
+    for angle, color, width in ((reference, REFERENCE_COLOR, 3.5), (reference + off, BLUE, 1.0)):
+        jumps = np.flatnonzero(np.abs(np.diff(angle)) > 180.0) + 1  # all the way round: no line
+        at = np.insert(frequency[thin], jumps, frequency[thin][jumps])
+        axes.plot(at, np.insert(angle, jumps, np.nan), color=color, lw=width)
+    axes.set_ylim(-280.0, 100.0)
+    axes.set_yticks([-270.0, -180.0, -90.0, 0.0, 90.0])
     axes.set_ylabel("Phase (°)")
+
+
+def _phase(values: ComplexArray) -> FloatArray:
+    """Phase from -270° to 90°: resonances pass through -90°, and -180° is not at the edge."""
+    angle = np.degrees(np.angle(values))
+    return np.asarray(np.where(angle > 90.0, angle - 360.0, angle))
 
 
 def _draw_error(
