@@ -77,6 +77,6 @@ def square_matrix(matrix: ArrayLike, size: int, name: str) -> FloatArray:
     if result.shape != (size, size):
         raise FbsError(f"the {name} matrix has shape {result.shape}, {size} DoFs need {size, size}")
     if not np.isfinite(result).all():
-        row, column = np.argwhere(~np.isfinite(result))[0]
+        row, column = np.argwhere(~np.isfinite(result))[0].tolist()
         raise NonFiniteError(f"the {name} matrix holds {result[row, column]} at {row, column}")
     return result

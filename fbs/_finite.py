@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ._checks import ComplexArray
+from ._checks import ComplexArray, FloatArray
 
 RUN = 8192
 """Real numbers per dot product: from 10 000 on OpenBLAS would start threads of its own."""
@@ -30,3 +31,12 @@ def square_sum(values: ComplexArray) -> float:
     rest = parts[..., whole:]
     with np.errstate(invalid="ignore", over="ignore"):
         return float(np.vecdot(runs, runs).sum() + np.vecdot(rest, rest).sum())
+
+
+def non_finite(values: FloatArray) -> NDArray[np.intp]:
+    """Return where values are NaN or infinite, shape (n_found, values.ndim)."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        total = values.sum()
+    if np.isfinite(total):  # one pass without a mask; any NaN or infinity would have survived
+        return np.empty((0, values.ndim), dtype=np.intp)
+    return np.argwhere(~np.isfinite(values))

@@ -22,7 +22,7 @@ from .blas_threads import one_blas_thread
 from .chain_layout import Labels, Tree
 from .chain_sweep import Asked, Sweep
 from .coupling import CoupledFrf, Joint, Node, couple
-from .errors import FbsError, QuantityMismatchError, SingularLineError
+from .errors import FbsError, QuantityMismatchError, singular_kernel
 from .frf import Frf, Quantity, require_same_frequency
 from .interface_synthesis import InterfaceModes
 from .modal_synthesis import modal_frf
@@ -241,12 +241,7 @@ class _Result:
         """Refuse singular lines; couple the unstable ones all at once."""
         singular = self.stable & ~(self.condition <= 1 / (10 * np.finfo(float).eps))
         if singular.any():
-            raise SingularLineError(
-                self.axis[singular],
-                "the chain's kernel B Y B^T + 1/Z is singular to working precision",
-                "these lines lie on undamped poles of the assembly, or the joints tie the same "
-                "motion twice: leave the lines out, add damping or drop a joint",
-            )
+            raise singular_kernel(self.axis[singular], "chain")
         if self.stable.all():
             return
         lines = np.flatnonzero(~self.stable)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from . import _batched
 from ._checks import ComplexArray, FloatArray
+from ._joint_scaling import joint_scaling
 from .chain_layout import Ends, Tree
 
 Asked = Mapping[str, Sequence[tuple[int, int]]]
@@ -37,8 +38,8 @@ class _Message:
 class Sweep:
     """All messages on some lines, in the notation of `couple_chain`.
 
-    Joints are scaled by s as in `couple`, s^-2 = e + 1/|Z| with e the moduli of both ends'
-    receptances: A and D stand for s A s and s D s, `own` for s^2 / Z, of modulus below one.
+    Joints are scaled by the s of `joint_scaling`: A and D stand for s A s and s D s, `own` for
+    s^2 / Z.
     """
 
     tree: Tree
@@ -60,7 +61,7 @@ class Sweep:
             A part's interface, in the order of `Ends.labels`, comes first.
         omega : array, shape (nf,), rad/s
         """
-        scale, own = _scaling(tree, parts, omega)
+        scale, own = joint_scaling(_moduli(tree, parts, omega.size), _stiffness(tree, omega))
         weights, interface = {}, {}
         for name, ends in tree.ends.items():
             s = weights[name] = scale[ends.joints] * np.array(ends.signs)[:, None]
@@ -203,24 +204,20 @@ def _at_joints(array: ComplexArray, ends: Ends, axis: int) -> ComplexArray:
     return array[list(ends.place)] if axis == 0 else array[:, list(ends.place)]
 
 
-def _scaling(
-    tree: Tree, parts: Mapping[str, ComplexArray], omega: FloatArray
-) -> tuple[FloatArray, dict[int, ComplexArray]]:
-    """Return s, s^-2 = size + 1/|Z|, and s^2 / Z; a joint with Z = 0 drops out, s = 0."""
-    size = np.full((len(tree.joints), omega.size), np.finfo(float).tiny)
+def _moduli(tree: Tree, parts: Mapping[str, ComplexArray], n_lines: int) -> FloatArray:
+    """Return for each joint the moduli of both ends' receptances, added up."""
+    moduli = np.zeros((len(tree.joints), n_lines))
     for name, ends in tree.ends.items():
         for joint, place, sign in zip(ends.joints, ends.place, ends.signs, strict=True):
-            size[joint] += sign**2 * np.abs(parts[name][place, place])
-    scale, own = 1 / np.sqrt(size), {}
-    for k, link in enumerate(tree.joints):
-        if link.rigid:
-            continue
-        z = link.dynamic_stiffness(omega)
-        modulus = np.abs(z)
-        scale[k] = np.sqrt(modulus / (1 + modulus * size[k]))
-        phase = np.divide(modulus, z, out=np.ones_like(z), where=modulus > 0)
-        own[k] = phase / (1 + modulus * size[k])
-    return scale, own
+            moduli[joint] += sign**2 * np.abs(parts[name][place, place])
+    return moduli
+
+
+def _stiffness(tree: Tree, omega: FloatArray) -> dict[int, ComplexArray]:
+    """Return Z of the flexible joints."""
+    return {
+        k: joint.dynamic_stiffness(omega) for k, joint in enumerate(tree.joints) if not joint.rigid
+    }
 
 
 def _sum(terms: Iterable[Any]) -> Any:

@@ -14,13 +14,14 @@ from . import _batched
 from ._assembly import End, Layout, assemble
 from ._blocks import each, stretches
 from ._checks import ComplexArray, FloatArray, read_only
+from ._joint_scaling import joint_scaling
 from .errors import (
     AmbiguousDofError,
     FbsError,
     JointError,
     QuantityMismatchError,
-    SingularLineError,
     UnknownDofError,
+    singular_kernel,
     unknown_dof,
 )
 from .frf import Frf, Quantity, computed_frf, require_same_frequency
@@ -168,12 +169,7 @@ def couple(
     inverse, condition = interface.inverted_kernel(2 * np.pi * axis, quantity)
     singular = ~(condition <= 1 / (10 * np.finfo(float).eps))
     if singular.any():
-        raise SingularLineError(
-            axis[singular],
-            "the coupling's kernel B Y B^T + 1/Z is singular to working precision",
-            "these lines lie on undamped poles of the assembly, or the joints tie the same motion "
-            "twice: leave the lines out, add damping or drop a joint",
-        )
+        raise singular_kernel(axis[singular], "coupling")
     values, finite = assemble(layout, interface.frfs, interface.ends, inverse)
     frf = computed_frf(
         axis, values.transpose(2, 0, 1), layout.responses, layout.excitations, quantity, finite
@@ -297,36 +293,33 @@ class _Interface:
     def _inverted(
         self, omega: FloatArray, lines: slice, quantity: Quantity
     ) -> tuple[ComplexArray, FloatArray]:
-        """Invert the kernel equilibrated, G = S K S with s_j^-2 = e_j + |1/Z_j|.
+        """Invert the kernel K as G = S K S, S by `joint_scaling` from the moduli on its diagonal.
 
-        e_j are the moduli on its diagonal: joints of any stiffness are judged alike, and a joint
-        with Z = 0 (a damper at 0 Hz) drops out without a division by zero. The condition is
-        ||S (spread + |1/Z|) S|| ||G^-1||, for one joint
+        The condition is ||S (spread + |1/Z|) S|| ||G^-1||, for one joint
         (|h_a| + |h_b| + |1/Z|) / |h_a + h_b + 1/Z|.
         """
         kernel, spread = self._kernel(lines)
-        scale = np.empty((len(kernel), omega.size))
-        own = np.zeros((len(kernel), omega.size), dtype=complex)
-        for k, joint in enumerate(self.joints):
-            diagonal = np.maximum(spread[k, k], np.finfo(float).tiny)
-            if joint.rigid:
-                scale[k] = 1 / np.sqrt(diagonal)
-                continue
-            z = joint.dynamic_stiffness(omega) / (1j * omega) ** quantity.derivative
-            size = np.abs(z)
-            scale[k] = np.sqrt(size / (1 + size * diagonal))
-            phase = np.divide(size, z, out=np.ones_like(z), where=size > 0)
-            own[k] = phase / (1 + size * diagonal)
+        diagonal = np.arange(len(kernel))
+        scale, own = joint_scaling(spread[diagonal, diagonal], self._stiffness(omega, quantity))
         both = scale[:, None] * scale
-        diagonal_of = np.arange(len(kernel))
         scaled, bound = kernel * both, spread * both
-        scaled[diagonal_of, diagonal_of] += own
-        bound[diagonal_of, diagonal_of] += np.abs(own)
+        for k, flexibility in own.items():
+            scaled[k, k] += flexibility
+            bound[k, k] += np.abs(flexibility)
         inverse, singular = _batched.inverse(scaled.transpose(2, 0, 1))
         inverse = inverse.transpose(1, 2, 0)
         condition = _row_sum_norm(bound) * _row_sum_norm(inverse)
         condition[singular] = np.inf
         return np.asarray(inverse * both, dtype=complex), condition
+
+    def _stiffness(self, omega: FloatArray, quantity: Quantity) -> dict[int, ComplexArray]:
+        """Return Z of the flexible joints, per displacement, velocity or acceleration."""
+        factor = (1j * omega) ** quantity.derivative
+        return {
+            k: joint.dynamic_stiffness(omega) / factor
+            for k, joint in enumerate(self.joints)
+            if not joint.rigid
+        }
 
     def _kernel(self, lines: slice) -> tuple[ComplexArray, FloatArray]:
         """Return B Y B^T and the sum of the moduli that make it up, shape (nj, nj, lines)."""

@@ -83,6 +83,35 @@ def unknown_dof(label: str, known: Sequence[str], where: str) -> UnknownDofError
     return UnknownDofError(f"{where} has no degree of freedom {label!r}; {hint}")
 
 
+def singular_dynamic_stiffness(frequencies: ArrayLike) -> SingularLineError:
+    """Build the error for lines where Z = K (1 + j eta) - w^2 M + jwC has no inverse."""
+    return SingularLineError(
+        frequencies,
+        "the dynamic stiffness K (1 + j eta) - w^2 M + jwC is singular to working precision",
+        "these lines lie on undamped poles, or on 0 Hz of a system free to move: "
+        "leave them out, shift the axis or add damping",
+    )
+
+
+def undamped_pole(frequencies: ArrayLike) -> SingularLineError:
+    """Build the error for lines on a pole of a sum over modes."""
+    return SingularLineError(
+        frequencies,
+        "an undamped mode, or rigid-body motion at 0 Hz, makes the FRF infinite",
+        "leave these lines out, shift the axis or add damping",
+    )
+
+
+def singular_kernel(frequencies: ArrayLike, whose: str) -> SingularLineError:
+    """Build the error for lines where a coupling's kernel has no inverse."""
+    return SingularLineError(
+        frequencies,
+        f"the {whose}'s kernel B Y B^T + 1/Z is singular to working precision",
+        "these lines lie on undamped poles of the assembly, or the joints tie the same motion "
+        "twice: leave the lines out, add damping or drop a joint",
+    )
+
+
 def _listing(known: Sequence[str]) -> str:
     shown = ", ".join(known[:8]) + (", ..." if len(known) > 8 else "")
     return f"it has {shown or 'none'}"

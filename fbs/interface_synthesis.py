@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ._blocks import stretches
 from ._checks import ComplexArray, FloatArray, ascending_frequency
 from .damped_modes import is_proportional, modal_damping
-from .errors import SingularLineError
+from .errors import undamped_pole
 from .frf import Frf
 from .modal_synthesis import modal_frf
 from .second_order_system import SecondOrderSystem
@@ -89,11 +89,7 @@ class InterfaceModes:
         size = np.abs((wr - w) * (wr + w) + 1j * (self.friction * w + self.loss))
         singular = size <= self.round_off * (self.square + w**2)
         if singular.any():
-            raise SingularLineError(
-                axis[np.unique(near[singular])],
-                "an undamped mode, or rigid-body motion at 0 Hz, makes the FRF infinite",
-                "leave these lines out, shift the axis or add damping",
-            )
+            raise undamped_pole(axis[np.unique(near[singular])])
 
     def write(self, omega: FloatArray, out: ComplexArray) -> None:
         """Write the receptance at `omega`, shape (nf,), rad/s, into (n_row, n_column, nf)."""

@@ -11,11 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._checks import ComplexArray, FloatArray, ascending_frequency, read_only
 from .damped_modes import ComplexModes, complex_modes, is_proportional, modal_damping
-from .errors import FbsError, first_few
+from .errors import FbsError, first_few, singular_dynamic_stiffness
 from .frf import Frf, Quantity
 from .modal_synthesis import modal_frf
 from .second_order_system import SecondOrderSystem
-from .sparse_system import DynamicStiffness, SparseSystem, singular_lines
+from .sparse_system import DynamicStiffness, SparseSystem
 from .undamped_modes import EPS, SYMMETRY_TOLERANCE, RealModes, real_modes
 
 if TYPE_CHECKING:
@@ -291,7 +291,7 @@ class _Search:
         found = {k: self.stiffness.solve(2 * np.pi * self.axis[k], self.asked) for k in lines}
         singular = [k for k, solution in found.items() if solution is None]
         if singular:
-            raise singular_lines(self.axis[singular])
+            raise singular_dynamic_stiffness(self.axis[singular])
         return {k: solution for k, solution in found.items() if solution is not None}
 
     def _evaluate(self, model: _Model, lines: NDArray[np.intp]) -> _Evaluation:

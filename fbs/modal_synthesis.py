@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._checks import ComplexArray, FloatArray, ascending_frequency, read_only
+from ._checks import ComplexArray, FloatArray, read_only
+from ._systems import Target
 from ._weighted_sum import Gains, WeightedSum
 from .damped_modes import (
     ComplexModes,
@@ -17,8 +18,8 @@ from .damped_modes import (
     modal_damping,
     rayleigh_coefficients,
 )
-from .errors import AxisMismatchError, FbsError, SingularLineError
-from .frf import Frf, Quantity, as_quantity, computed_frf
+from .errors import AxisMismatchError, FbsError, undamped_pole
+from .frf import Frf, Quantity, computed_frf
 from .modal_truncation import TruncatedModes
 from .second_order_system import SecondOrderSystem
 from .undamped_modes import EPS, RealModes, real_modes
@@ -32,31 +33,6 @@ __all__ = [
     "poles",
     "real_modes",
 ]
-
-
-@dataclass(frozen=True, eq=False)
-class _Target:
-    """What was asked for: lines, labels, and the coordinates and factors behind the labels."""
-
-    axis: FloatArray
-    responses: tuple[str, ...]
-    excitations: tuple[str, ...]
-    rows: list[int]
-    columns: list[int]
-    row_factor: FloatArray
-    column_factor: FloatArray
-    quantity: Quantity
-
-    @property
-    def symmetric(self) -> bool:
-        """Whether H_ij and H_ji stand mirrored."""
-        return self.responses == self.excitations
-
-    def responding(self, shapes: NDArray[np.inexact]) -> NDArray[np.inexact]:
-        return shapes[self.rows] * self.row_factor[:, None]
-
-    def exciting(self, shapes: NDArray[np.inexact]) -> NDArray[np.inexact]:
-        return shapes[self.columns] * self.column_factor[:, None]
 
 
 def modal_frf(
@@ -96,7 +72,7 @@ def modal_frf(
         A line on a pole of a mode that takes part in the FRFs asked for.
     DefectiveModesError, IndefiniteStiffnessError, IndefiniteMassError, UnknownDofError, FbsError
     """
-    target = _target(system, frequency, responses, excitations, quantity)
+    target = Target.of(system, frequency, responses, excitations, quantity)
     if modes is not None and modes.dofs != system.dofs:
         raise AxisMismatchError("the modes belong to another system: their dofs differ")
     if isinstance(modes, ComplexModes):
@@ -113,21 +89,6 @@ def modal_frf(
     return _complex_sum(complex_modes(system, real), system, target)
 
 
-def _target(
-    system: SecondOrderSystem,
-    frequency: ArrayLike,
-    responses: Iterable[str] | None,
-    excitations: Iterable[str] | None,
-    quantity: Quantity | str,
-) -> _Target:
-    rows = system.labels if responses is None else tuple(responses)
-    columns = system.labels if excitations is None else tuple(excitations)
-    i, row_factor = system.locate(rows)
-    j, column_factor = system.locate(columns)
-    axis = ascending_frequency(frequency)
-    return _Target(axis, rows, columns, i, j, row_factor, column_factor, as_quantity(quantity))
-
-
 @dataclass(frozen=True, eq=False)
 class _Terms:
     """Part of an FRF, with real weights; see `WeightedSum` for `row` and `gains`."""
@@ -138,7 +99,7 @@ class _Terms:
 
 
 def _modal_terms(
-    modes: RealModes, damping: FloatArray, loss_factor: float, target: _Target
+    modes: RealModes, damping: FloatArray, loss_factor: float, target: Target
 ) -> _Terms:
     left, right = target.responding(modes.shapes), target.exciting(modes.shapes)
     part = (_takes_part(left, modes.shapes) & _takes_part(right, modes.shapes))[:, None]
@@ -181,7 +142,7 @@ def _resonances(
 
 
 def _residual_terms(
-    residuals: tuple[FloatArray, ...], system: SecondOrderSystem, target: _Target
+    residuals: tuple[FloatArray, ...], system: SecondOrderSystem, target: Target
 ) -> _Terms:
     """R_k v^k / mu^(k+1), mu = 1 + j (eta + w beta), v = w^2 - j w alpha."""
     coefficients = rayleigh_coefficients(system)
@@ -207,7 +168,7 @@ def _residual_terms(
     return _Terms(count, row, gains)
 
 
-def _complex_sum(modes: ComplexModes, system: SecondOrderSystem, target: _Target) -> Frf:
+def _complex_sum(modes: ComplexModes, system: SecondOrderSystem, target: Target) -> Frf:
     right = target.exciting(modes.participation)
     elastic = target.responding(modes.elastic_shapes)
     rigid = target.responding(modes.rigid_shapes)
@@ -310,7 +271,7 @@ def _pole_terms(poles: _Poles, tolerance: float) -> _Terms:
     return _Terms(4 * n, row, gains)
 
 
-def _sum(terms: Sequence[_Terms], target: _Target, symmetric: bool) -> Frf:
+def _sum(terms: Sequence[_Terms], target: Target, symmetric: bool) -> Frf:
     order = target.quantity.derivative
     used = [term for term in terms if term.count]
     ends = np.cumsum([0, *(term.count for term in used)])
@@ -330,11 +291,7 @@ def _sum(terms: Sequence[_Terms], target: _Target, symmetric: bool) -> Frf:
     weighted = WeightedSum(shape, row, gains, symmetric and target.symmetric)
     summed = weighted(2 * np.pi * target.axis)
     if summed.singular.any():
-        raise SingularLineError(
-            target.axis[summed.singular],
-            "an undamped mode, or rigid-body motion at 0 Hz, makes the FRF infinite",
-            "leave these lines out, shift the axis or add damping",
-        )
+        raise undamped_pole(target.axis[summed.singular])
     return computed_frf(
         target.axis,
         summed.values.transpose(2, 0, 1),

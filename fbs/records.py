@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._checks import FloatArray, ascending_frequency, read_only, unique_labels
+from ._finite import non_finite
 from .errors import AxisMismatchError, FbsError, NonFiniteError, SingularLineError
 from .frf import Quantity, as_quantity
 
@@ -285,16 +286,13 @@ def _channels(data: ArrayLike, labels: tuple[str, ...], what: str, rate: float) 
             f"{len(labels)} labels {', '.join(labels)}"
         )
     result = np.asarray(raw, dtype=float)
-    with np.errstate(invalid="ignore", over="ignore"):
-        total = result.sum()
-    if not np.isfinite(total):  # one pass without a mask; any NaN or infinity would have survived
-        wrong = np.argwhere(~np.isfinite(result))
-        if wrong.size:
-            sample, channel = wrong[0]
-            raise NonFiniteError(
-                f"{what} {labels[channel]!r} is {result[sample, channel]} at sample {sample} "
-                f"({sample / rate:.10g} s; {len(wrong)} values in all)"
-            )
+    wrong = non_finite(result)
+    if wrong.size:
+        sample, channel = wrong[0]
+        raise NonFiniteError(
+            f"{what} {labels[channel]!r} is {result[sample, channel]} at sample {sample} "
+            f"({sample / rate:.10g} s; {len(wrong)} values in all)"
+        )
     return result
 
 

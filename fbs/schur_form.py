@@ -12,7 +12,7 @@ from scipy.linalg import schur
 from ._blocks import each, stretches
 from ._checks import ComplexArray, FloatArray, ascending_frequency
 from .damped_modes import state_space
-from .errors import SingularLineError
+from .errors import undamped_pole
 from .frf import Frf, Quantity, as_quantity
 from .second_order_system import SecondOrderSystem
 from .undamped_modes import EPS, RealModes
@@ -91,11 +91,7 @@ def schur_frf(
 
     each(solve, stretches(axis.size, form.lines), 16 * form.force.size * axis.size)
     if singular.any():
-        raise SingularLineError(
-            axis[singular],
-            "an undamped mode, or rigid-body motion at 0 Hz, makes the FRF infinite",
-            "leave these lines out, shift the axis or add damping",
-        )
+        raise undamped_pole(axis[singular])
     return Frf(axis, values.transpose(2, 0, 1), rows, columns, kind)
 
 

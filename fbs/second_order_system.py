@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
-from types import MappingProxyType
+from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,23 +11,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _batched
 from ._blocks import each, stretches
-from ._checks import (
-    FloatArray,
-    ascending_frequency,
-    positions,
-    read_only,
-    square_matrix,
-    unique_labels,
-)
-from .errors import FbsError, NonFiniteError, SingularLineError, unknown_dof
-from .frf import Frf, Quantity, as_quantity
+from ._checks import FloatArray, read_only, square_matrix
+from ._systems import LabelledSystem, Target
+from .errors import FbsError, singular_dynamic_stiffness
+from .frf import Frf, Quantity
 
 BLOCK = 64
 """Lines solved at once: 64 matrices of 30 DoFs are 0.9 MB, which stays in a core's cache."""
 
 
 @dataclass(frozen=True, eq=False)
-class SecondOrderSystem:
+class SecondOrderSystem(LabelledSystem):
     """M x'' + C x' + K (1 + j eta) x = f for e^{+jwt} (Ewins 2000, Modal Testing, ch. 2).
 
     The matrices need not be symmetric: row = response (equation), column = coordinate.
@@ -54,77 +47,15 @@ class SecondOrderSystem:
     mass: FloatArray
     damping: FloatArray
     stiffness: FloatArray
-    dofs: tuple[str, ...]
-    derived: Mapping[str, tuple[str, float]] = field(default_factory=dict)
-    loss_factor: float = 0.0
 
-    def __post_init__(self) -> None:
-        dofs = unique_labels(self.dofs, "the dofs")
-        if not dofs:
-            raise FbsError("a system needs at least one degree of freedom")
-        for name in ("mass", "damping", "stiffness"):
-            matrix = square_matrix(getattr(self, name), len(dofs), name)
-            object.__setattr__(self, name, read_only(matrix))
-        object.__setattr__(self, "dofs", dofs)
-        object.__setattr__(self, "derived", MappingProxyType(_derived(self.derived, dofs)))
-        object.__setattr__(self, "loss_factor", _loss_factor(self.loss_factor))
-        unique_labels(self.labels, "dofs and derived labels")
-
-    def __reduce__(self) -> tuple[type[SecondOrderSystem], tuple[Any, ...]]:
-        # a mapping proxy cannot be pickled, and systems travel between processes
-        return type(self), (
-            self.mass,
-            self.damping,
-            self.stiffness,
-            self.dofs,
-            dict(self.derived),
-            self.loss_factor,
-        )
-
-    @property
-    def labels(self) -> tuple[str, ...]:
-        """Everything that can be asked for: the dofs, then the derived labels."""
-        return self.dofs + tuple(self.derived)
+    @staticmethod
+    def _matrix(matrix: ArrayLike, size: int, name: str) -> FloatArray:
+        return read_only(square_matrix(matrix, size, name))
 
     @property
     def undamped(self) -> bool:
         """Whether C = 0 and eta = 0."""
         return not (self.damping.any() or self.loss_factor)
-
-    def locate(self, labels: Iterable[str] | None = None) -> tuple[list[int], FloatArray]:
-        """Return, for each label (None: all), its coordinate's index and its factor on it.
-
-        Raises
-        ------
-        UnknownDofError
-        """
-        wanted = self.labels if labels is None else tuple(labels)
-        positions(wanted, self.labels, "the system")
-        pairs = [self.derived.get(label, (label, 1.0)) for label in wanted]
-        index = {dof: i for i, dof in enumerate(self.dofs)}
-        return [index[dof] for dof, _ in pairs], np.array([factor for _, factor in pairs])
-
-
-def _loss_factor(value: float) -> float:
-    factor = float(value)
-    if not np.isfinite(factor):
-        raise NonFiniteError(f"the loss factor is {factor}")
-    if factor < 0:
-        raise FbsError(f"the loss factor must not be negative, got {factor:.10g}")
-    return factor
-
-
-def _derived(
-    derived: Mapping[str, tuple[str, float]], dofs: tuple[str, ...]
-) -> dict[str, tuple[str, float]]:
-    result = {}
-    for label, (dof, factor) in derived.items():
-        if dof not in dofs:
-            raise unknown_dof(dof, dofs, f"derived label {label!r}: the system")
-        if not np.isfinite(factor) or factor == 0:
-            raise FbsError(f"derived label {label!r} needs a finite factor, not 0; got {factor}")
-        result[label] = (dof, float(factor))
-    return result
 
 
 def direct_frf(
@@ -162,11 +93,8 @@ def direct_frf(
         pole, or a system free to move at 0 Hz.
     UnknownDofError, FbsError
     """
-    axis = ascending_frequency(frequency)
-    rows = system.labels if responses is None else tuple(responses)
-    columns = system.labels if excitations is None else tuple(excitations)
-    i, row_factor = system.locate(rows)
-    j, column_factor = system.locate(columns)
+    target = Target.of(system, frequency, responses, excitations, quantity)
+    axis, i, j = target.axis, target.rows, target.columns
     if block < 1:
         raise FbsError(f"block must be at least 1 line, got {block}")
     transposed = len(set(i)) < len(set(j))
@@ -183,14 +111,8 @@ def direct_frf(
 
     each(solve, stretches(axis.size, block), 16 * len(system.dofs) ** 2 * axis.size)
     if singular.any():
-        raise SingularLineError(
-            axis[singular],
-            "the dynamic stiffness K (1 + j eta) - w^2 M + jwC is singular to working precision",
-            "these lines lie on undamped poles, or on 0 Hz of a system free to move: "
-            "leave them out, shift the axis or add damping",
-        )
-    _scale(values, row_factor, column_factor, axis, as_quantity(quantity))
-    return Frf(axis, values.transpose(2, 0, 1), rows, columns, as_quantity(quantity))
+        raise singular_dynamic_stiffness(axis[singular])
+    return target.frf(values)
 
 
 @dataclass(frozen=True, eq=False)
@@ -241,18 +163,3 @@ class _LineSolver:
             np.maximum(peak, (modulus * root).max(axis=1) * root[:, column], out=peak)
         limit = 1 / (10 * len(self.stiffness) * np.finfo(float).eps)
         return np.asarray(~(peak <= limit))  # NaN counts as singular
-
-
-def _scale(
-    values: NDArray[np.complex128],
-    row_factor: FloatArray,
-    column_factor: FloatArray,
-    axis: FloatArray,
-    quantity: Quantity,
-) -> None:
-    """Multiply (n_response, n_excitation, nf) by the derived factors and by (jw)^n, in place."""
-    factor = np.outer(row_factor, column_factor)
-    if (factor != 1).any():
-        values *= factor[:, :, None]
-    if quantity.derivative:
-        values *= (2j * np.pi * axis) ** quantity.derivative

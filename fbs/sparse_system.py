@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
-from types import MappingProxyType
+from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._checks import FloatArray, ascending_frequency, positions, unique_labels
-from .errors import FbsError, NonFiniteError, SingularLineError
-from .frf import Frf, Quantity, as_quantity
-from .second_order_system import SecondOrderSystem, _derived, _loss_factor, _scale
+from ._checks import FloatArray
+from ._systems import LabelledSystem, Target
+from .errors import FbsError, NonFiniteError, singular_dynamic_stiffness
+from .frf import Frf, Quantity
+from .second_order_system import SecondOrderSystem
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
 
 
 @dataclass(frozen=True, eq=False)
-class SparseSystem:
+class SparseSystem(LabelledSystem):
     """M x'' + C x' + K (1 + j eta) x = f: a `SecondOrderSystem` whose matrices are sparse.
 
     Parameters
@@ -38,32 +38,10 @@ class SparseSystem:
     mass: csc_array
     damping: csc_array
     stiffness: csc_array
-    dofs: tuple[str, ...]
-    derived: Mapping[str, tuple[str, float]] = field(default_factory=dict)
-    loss_factor: float = 0.0
 
-    def __post_init__(self) -> None:
-        dofs = unique_labels(self.dofs, "the dofs")
-        if not dofs:
-            raise FbsError("a system needs at least one degree of freedom")
-        for name in ("mass", "damping", "stiffness"):
-            matrix = _sparse_matrix(getattr(self, name), len(dofs), name)
-            object.__setattr__(self, name, matrix)
-        object.__setattr__(self, "dofs", dofs)
-        object.__setattr__(self, "derived", MappingProxyType(_derived(self.derived, dofs)))
-        object.__setattr__(self, "loss_factor", _loss_factor(self.loss_factor))
-        unique_labels(self.labels, "dofs and derived labels")
-
-    def __reduce__(self) -> tuple[type[SparseSystem], tuple[Any, ...]]:
-        # a mapping proxy cannot be pickled, and systems travel between processes
-        return type(self), (
-            self.mass,
-            self.damping,
-            self.stiffness,
-            self.dofs,
-            dict(self.derived),
-            self.loss_factor,
-        )
+    @staticmethod
+    def _matrix(matrix: Any, size: int, name: str) -> csc_array:
+        return _sparse_matrix(matrix, size, name)
 
     @classmethod
     def of(cls, system: SecondOrderSystem) -> SparseSystem:
@@ -78,27 +56,9 @@ class SparseSystem:
         )
 
     @property
-    def labels(self) -> tuple[str, ...]:
-        """Everything that can be asked for: the dofs, then the derived labels."""
-        return self.dofs + tuple(self.derived)
-
-    @property
     def undamped(self) -> bool:
         """Whether C = 0 and eta = 0."""
         return not (self.damping.nnz or self.loss_factor)
-
-    def locate(self, labels: Iterable[str] | None = None) -> tuple[list[int], FloatArray]:
-        """Return, for each label (None: all), its coordinate's index and its factor on it.
-
-        Raises
-        ------
-        UnknownDofError
-        """
-        wanted = self.labels if labels is None else tuple(labels)
-        positions(wanted, self.labels, "the system")
-        pairs = [self.derived.get(label, (label, 1.0)) for label in wanted]
-        index = {dof: i for i, dof in enumerate(self.dofs)}
-        return [index[dof] for dof, _ in pairs], np.array([factor for _, factor in pairs])
 
 
 def _sparse_matrix(matrix: Any, size: int, name: str) -> csc_array:
@@ -147,11 +107,8 @@ def sparse_frf(
         On a line where the dynamic stiffness is singular to working precision.
     UnknownDofError, FbsError
     """
-    axis = ascending_frequency(frequency)
-    rows = system.labels if responses is None else tuple(responses)
-    columns = system.labels if excitations is None else tuple(excitations)
-    i, row_factor = system.locate(rows)
-    j, column_factor = system.locate(columns)
+    target = Target.of(system, frequency, responses, excitations, quantity)
+    axis, i, j = target.axis, target.rows, target.columns
     transposed = len(set(i)) < len(set(j))
     solved, kept = (i, j) if transposed else (j, i)
     unique = list(dict.fromkeys(solved))
@@ -167,19 +124,8 @@ def sparse_frf(
         part = solution[np.ix_(kept, place)]
         values[:, :, line] = part.T if transposed else part
     if singular.any():
-        raise singular_lines(axis[singular])
-    _scale(values, row_factor, column_factor, axis, as_quantity(quantity))
-    return Frf(axis, values.transpose(2, 0, 1), rows, columns, as_quantity(quantity))
-
-
-def singular_lines(frequencies: FloatArray) -> SingularLineError:
-    """Return the error that names the lines without a finite FRF."""
-    return SingularLineError(
-        frequencies,
-        "the dynamic stiffness K (1 + j eta) - w^2 M + jwC is singular to working precision",
-        "these lines lie on undamped poles, or on 0 Hz of a system free to move: "
-        "leave them out, shift the axis or add damping",
-    )
+        raise singular_dynamic_stiffness(axis[singular])
+    return target.frf(values)
 
 
 @dataclass(frozen=True, eq=False)

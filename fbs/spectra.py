@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ._checks import ComplexArray, FloatArray
+from ._finite import non_finite
 from .errors import FbsError, NonFiniteError
 
 Window = Literal["boxcar", "hann", "flattop"]
@@ -305,15 +306,12 @@ def finite_samples(samples: ArrayLike) -> FloatArray:
     record = np.asarray(samples, dtype=float)
     if record.ndim == 0 or len(record) < 2:
         raise FbsError(f"2 samples or more are needed, got shape {record.shape}")
-    with np.errstate(invalid="ignore", over="ignore"):
-        total = record.sum()
-    if not np.isfinite(total):  # one pass without a mask; any NaN or infinity would have survived
-        wrong = np.argwhere(~np.isfinite(record))
-        if wrong.size:
-            place = tuple(int(i) for i in wrong[0])
-            raise NonFiniteError(
-                f"the record is {record[place]} at sample {place[0]}"
-                + (f", channel {place[1]}" if len(place) > 1 else "")
-                + f" ({len(wrong)} values in all)"
-            )
+    wrong = non_finite(record)
+    if wrong.size:
+        place = tuple(int(i) for i in wrong[0])
+        raise NonFiniteError(
+            f"the record is {record[place]} at sample {place[0]}"
+            + (f", channel {place[1]}" if len(place) > 1 else "")
+            + f" ({len(wrong)} values in all)"
+        )
     return record
