@@ -9,7 +9,8 @@ of a stored run it stays at 105 MB from the second on, within 5 MB up and down, 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -42,6 +43,7 @@ from .integration.probes import (
     stored_samples,
 )
 from .integration.run_store import Checkpoint, State, open_store, start
+from .integration.start_acceleration import acceleration_of_forces, without_fast_modes
 from .integration.transient_record import MOTIONS, QUANTITIES, RunDescription, TransientRecord
 from .linearization import coordinate_transform, linearize
 from .signals.lines import Signal
@@ -201,7 +203,7 @@ class _Run:
         first, steps = before.samples * self.stride, samples * self.stride
         self.loads.sample(first, steps)
         state = self._with_acceleration(before.state) if first == 0 else before.state
-        self._solve(state, first, steps, self.integrator.name)
+        self._solve(state, first, steps)
         motions = {d: self._motion(d, state, first, steps) for d in self._derivatives}
         responses = self._responses(motions)
         after = _state(self.system, CURRENT)
@@ -215,19 +217,20 @@ class _Run:
             above = above + folded(responses, self.stride)
         return arrays, Checkpoint(before.samples + samples, after, above)
 
-    def _solve(self, state: State, first: int, steps: int, solver: str) -> None:
+    def _solve(self, state: State, first: int, steps: int) -> None:
         settings = solver_settings(
             first / self._step_rate, (first + steps) / self._step_rate, steps
         )
         integration = settings.timeIntegration
-        integration.generalizedAlpha.computeInitialAccelerations = first == 0
+        integration.generalizedAlpha.computeInitialAccelerations = False  # the state has them
         integration.newton.relativeTolerance = NEWTON_TOLERANCE
         integration.newton.absoluteTolerance = ROUND_OFF_FORCES * self._round_off
         # Over the kink of a backlash modified Newton may not converge.
         integration.newton.useModifiedNewton = not self.system.has_backlash
         _set_state(self.system, state)
         try:
-            self.mbs.SolveDynamic(settings, solverType=SOLVERS[solver])
+            with _interruptible():
+                self.mbs.SolveDynamic(settings, solverType=SOLVERS[self.integrator.name])
         except exu.SolverError:
             done = len(self._sensors.read(self._sensors.derivatives[0]))
             raise SimulationError(
@@ -235,17 +238,15 @@ class _Run:
                 f"solution ({self._words()}): the motion has grown beyond what the model can bear, "
                 "or a force law jumps"
             ) from None
-        except exu.ExudynError as error:  # raised in a load or a force law
-            if "KeyboardInterrupt" in str(error):
-                raise KeyboardInterrupt from None
-            raise
 
     def _with_acceleration(self, state: State) -> State:
-        """The state with its acceleration: RK44 tells it at the end of a step only."""
-        if 2 not in self._derivatives:
-            return state
-        self._solve(state, 0, 1, TRAPEZOIDAL)
-        return (*state[:-1], self._sensors.read(2)[0])
+        """The state with the acceleration that the run starts with."""
+        _set_state(self.system, state)
+        with _interruptible():
+            found = acceleration_of_forces(self.system)
+        if self.integrator.name == TRAPEZOIDAL:
+            found = without_fast_modes(self.system, self._linear, found, self.integrator.step)
+        return (*state[:-1], found)
 
     def _motion(self, derivative: int, state: State, first: int, steps: int) -> FloatArray:
         """(n_step, n_coordinate): the last instant is the next piece's first."""
@@ -304,6 +305,17 @@ class _Run:
 
     def _words(self) -> str:
         return f"{self.integrator.name}, h = {self.integrator.step:.3g} s"
+
+
+@contextmanager
+def _interruptible() -> Iterator[None]:
+    """Ctrl-C in a load or a force law, of which exudyn makes an error of its own, is one."""
+    try:
+        yield
+    except exu.ExudynError as error:
+        if "KeyboardInterrupt" in str(error):
+            raise KeyboardInterrupt from None
+        raise
 
 
 class _Loads:

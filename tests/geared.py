@@ -6,7 +6,7 @@ from typing import Any
 
 from mbs_models.model_file import load
 from mbs_models.parameters import Drivetrain
-from tests.strategies import changed
+from tests.strategies import changed, with_stage
 
 # Teeth for Lin & Parker's base radii 38.7 and 50.2 mm (ring 139.1 mm): within 2 %, and such that N
 # planets can be put in: (z_s + z_r)/N whole.
@@ -36,3 +36,12 @@ def speed_for(drivetrain: Drivetrain, mesh_frequency: float) -> float:
     z_s, z_r = stage.sun.teeth, stage.ring.teeth
     r_s, r_r = stage.sun.base_radius, stage.ring_radius
     return 60.0 * mesh_frequency * (r_s + r_r) / r_r / z_s if z_r else 0.0
+
+
+def geared_reducer(**stage: Any) -> Drivetrain:
+    """The paper's drivetrain with 40 teeth on pinion and wheel, and a mesh that varies."""
+    reducer = load("paper").stage("reducer").model_dump(exclude_unset=True)
+    gears = {gear: reducer[gear] | {"teeth": 40} for gear in ("pinion", "wheel")}
+    variation = {"shape": "trapezoid", "contact_ratio": 1.6, "amplitude": 0.3}
+    varying = with_stage(load("paper"), "reducer", mesh_variation=variation, **gears, **stage)
+    return changed(varying, operation={"input": "reducer.pinion", "speed_range": [0.0, 10000.0]})

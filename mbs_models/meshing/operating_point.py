@@ -61,7 +61,7 @@ class OperatingPoint:
     dofs, displacement
         Where a run starts: the static equilibrium (n_dof,) in m, with every mesh at its mean.
     imbalance
-        Force with which the start accelerates the drivetrain's free motion, of the largest load:
+        Largest inertia force of the drivetrain's free motion at the start, of the largest load:
         what geometry makes of the twist.
     """
 

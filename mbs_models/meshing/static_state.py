@@ -3,7 +3,9 @@
 K q = f with the smallest |q| among a free drivetrain's equilibria. With backlash the tension of a
 mesh is k (s − σ b/2), s its stretch and σ = ±1 the flank it presses on, or none in the gap (σ = 0):
 the σ are those of least energy; what then hangs loose in a gap is put into its middle. With the
-σ fixed exudyn's own static residual is brought to its round-off from there by Newton's method.
+σ fixed exudyn's own static residual f is brought to its round-off from there by Newton's method,
+but for M R (RᵀM R)⁻¹ Rᵀf: what geometry leaves unbalanced accelerates the free motions R, and
+spread over the bodies in any other way than by their inertia it would jerk the light ones.
 """
 
 from __future__ import annotations
@@ -49,8 +51,8 @@ class StaticState:
         Largest force that is left in exudyn's own residual and strains something, of the largest
         load.
     imbalance
-        Largest force that is left on the free motions, likewise: the loads balance in the
-        undeformed geometry, so that this grows with the square of the twist.
+        Largest inertia force of the free motions, likewise: the loads balance in the undeformed
+        geometry, so that this grows with the square of the twist.
     """
 
     displacement: FloatArray
@@ -112,7 +114,7 @@ def static_state(
     _check_gaps(motion, played, sides, halves)
     for mesh, side, half in zip(played, sides, halves, strict=True):
         _press(system, mesh.name, float(side), float(half))
-    motion, straining, turning = _settle(system, free, load, motion)
+    motion, straining, turning = _settle(system, linear.mass, free, load, motion)
     largest = float(np.abs(load).max())
     left = float(np.abs(straining).max()) / largest
     if not left <= RESIDUAL:
@@ -245,25 +247,30 @@ def _amid_gaps(motion: FloatArray, free: FloatArray, apart: list[Spring]) -> Flo
 
 def _settle(
     system: MultibodySystem,
+    mass: FloatArray,
     free: FloatArray,
     load: FloatArray,
     motion: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Newton's method on exudyn's residual: the motion where it is smallest, and what is left.
 
-    Of the latter first the part that strains something, then that on the free motions.
+    Of the latter first the part that strains something, then the inertia forces of the free
+    motions.
     """
+    inertia = mass @ free
+    inertia /= np.linalg.norm(inertia, axis=0)
+    accelerating = inertia @ np.linalg.inv(free.T @ inertia)
 
     def parts_left(at: FloatArray) -> tuple[FloatArray, FloatArray]:
         residual = spring_forces(system, at)[0] + load
-        turning = free @ (free.T @ residual)
+        turning = accelerating @ (free.T @ residual)
         return residual - turning, turning
 
     straining, turning = parts_left(motion)
     for _ in range(MAX_NEWTON):
         if np.abs(straining).max() <= np.finfo(float).eps * np.abs(load).max():
             break
-        moved = motion + _solve(_stiffness_at(system, motion), free, straining)
+        moved = motion + _solve(_stiffness_at(system, motion), free, straining, inertia)
         next_straining, next_turning = parts_left(moved)
         if not np.abs(next_straining).max() < 0.5 * np.abs(straining).max():
             break
@@ -320,14 +327,18 @@ def _check_balance(free: FloatArray, load: FloatArray) -> None:
         )
 
 
-def _solve(stiffness: FloatArray, free: FloatArray, load: FloatArray) -> FloatArray:
-    """The smallest q with K q = f, orthogonal to the free motions R: [K R; Rᵀ 0] [q; 0] = [f; 0].
+def _solve(
+    stiffness: FloatArray, free: FloatArray, load: FloatArray, left: FloatArray | None = None
+) -> FloatArray:
+    """The smallest q with K q = f, orthogonal to the free motions R: [K A; Rᵀ 0] [q; λ] = [f; 0].
 
-    f does no work on R.
+    f does no work on R, so that λ = 0 where K R = 0. Where the twist makes K R small but not 0, Aλ
+    is what stays of f without a strain: along A = ``left``, or R itself.
     """
     scale = np.abs(stiffness).max()
     count = free.shape[1]
-    bordered = np.block([[stiffness, scale * free], [scale * free.T, np.zeros((count, count))]])
+    border = scale * (free if left is None else left)
+    bordered = np.block([[stiffness, border], [scale * free.T, np.zeros((count, count))]])
     try:
         motion: FloatArray = np.linalg.solve(bordered, np.concatenate([load, np.zeros(count)]))
     except np.linalg.LinAlgError as error:

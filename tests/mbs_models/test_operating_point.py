@@ -288,7 +288,8 @@ def test_any_drivetrain_starts_in_equilibrium(drivetrain: Drivetrain, data: st.D
     forces, tensions = spring_forces(system, point.displacement)
     loads = {load.dof: load.signal.force for load in point.loads}
     load = np.array([loads.get(dof, 0.0) for dof in point.dofs])
-    assert np.abs(forces + load).max() < (2e-6 + 2.0 * point.imbalance) * np.abs(load).max()
+    # Both are 0 where input and output are welded to one another.
+    assert np.abs(forces + load).max() <= (2e-6 + 2.0 * point.imbalance) * np.abs(load).max()
     for name, law in point.laws.items():
         assert tensions[name] * law.flank == pytest.approx(point.mesh_forces[name], abs=1e-3)
 

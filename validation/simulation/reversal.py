@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbs_models.excitation import Excitation
-from mbs_models.signals.lines import Signal
+from mbs_models.signals.lines import BandNoise, Signal
 
 FloatArray = NDArray[np.float64]
 
@@ -30,8 +30,8 @@ class Reversed:
 
     @property
     def period(self) -> float | None:
-        """As of the signal."""
-        return self.signal.period
+        """As of the signal; None of noise, any part of which is noise: its period is no limit."""
+        return None if isinstance(self.signal, BandNoise) else self.signal.period
 
     @property
     def duration(self) -> float | None:

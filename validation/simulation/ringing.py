@@ -1,9 +1,9 @@
 """Accelerations that alternate from step to step: the trapezoidal rule's, not the drivetrain's.
 
 The rule multiplies a mode by (1 + hs/2)/(1 − hs/2) in a step, which goes to −1 where h|s| is large:
-whatever a jump leaves in a near-massless hub's mode far above the band changes its sign at every
-step and hardly dies out. Displacement and velocity show none of it; an acceleration may show
-nothing else.
+what a jump of the force on a near-massless hub leaves in its mode far above the band changes its
+sign at every step and hardly dies out. Displacement and velocity show none of it, an acceleration
+may show nothing else. Runs start without it (`start_acceleration`); what comes later is told here.
 """
 
 from __future__ import annotations

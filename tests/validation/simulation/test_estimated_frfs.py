@@ -77,6 +77,13 @@ def test_noise_with_h1_agrees_within_its_scatter() -> None:
     assert np.median(found.estimate.coherence) > 0.999
 
 
+def test_part_of_a_noise_runs_reversed_as_well() -> None:
+    """Its period of 4 s is no limit, neither forward nor with the force reversed."""
+    simulation = ran(BandNoise(100.0, 3000.0, 0.01, 4.0), duration=0.05)
+    assert simulation.even_share is not None
+    assert simulation.even_share < 1e-5  # as of any small motion
+
+
 @pytest.mark.oracle
 def test_pyfrf_estimates_the_same_of_this_run() -> None:
     pyfrf = pytest.importorskip("pyFRF").FRF
