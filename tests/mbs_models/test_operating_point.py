@@ -20,7 +20,7 @@ from mbs_models.meshing.static_state import spring_forces
 from mbs_models.model_file import load
 from mbs_models.parameters import Drivetrain
 from mbs_models.time_integration import simulate
-from tests.geared import lin_parker, speed_for
+from tests.geared import geared_reducer, lin_parker, speed_for
 from tests.strategies import changed, drivetrains, paper, with_stage
 
 HARMONIC = {"shape": "harmonics", "harmonics": [[0.2, 0.0]]}
@@ -262,6 +262,25 @@ def test_a_mesh_that_carries_nothing_stays_open(torque: float) -> None:
     assert forces[0] == pytest.approx(torque / 2.0 / 0.0387, rel=1e-3)
 
 
+def test_a_torque_that_twists_too_far_is_refused() -> None:
+    """From 100 N m on full Newton steps go astray, and halved ones half a turn away."""
+    drivetrain = geared_reducer()
+    points = [operating_point(drivetrain, speed_rpm=500.0, torque=t) for t in (10.0, 60.0)]
+    twists = [np.abs(point.displacement).max() for point in points]
+    assert twists[1] / twists[0] == pytest.approx(6.0, rel=0.05)  # nearly linear still
+    for torque in (100.0, 300.0, 1000.0):
+        with pytest.raises(ModelError, match="too large for small rotations"):
+            operating_point(drivetrain, speed_rpm=500.0, torque=torque)
+
+
+def nearly_a_mechanism(drivetrain: Drivetrain) -> bool:
+    """Whether springs hold some motion 1e8 times less than each body's own do."""
+    stiffness = linearize(build_drivetrain(drivetrain)).stiffness
+    root = np.sqrt(np.diag(stiffness))
+    eigenvalues = np.linalg.eigvalsh(stiffness / np.outer(root, root))
+    return bool(((eigenvalues > 1e-14) & (eigenvalues < 1e-8)).any())
+
+
 @settings(max_examples=25)
 @given(drivetrain=drivetrains(), data=st.data())
 def test_any_drivetrain_starts_in_equilibrium(drivetrain: Drivetrain, data: st.DataObject) -> None:
@@ -281,7 +300,10 @@ def test_any_drivetrain_starts_in_equilibrium(drivetrain: Drivetrain, data: st.D
     try:
         point = operating_point(model, torque=0.1)
     except ModelError as error:
-        if re.search("turn in one way only|does not turn with the input", str(error)):
+        # the last two are one tree in a thousand: 1 N moves it by metres, or a gap is nearly closed
+        if re.search("turn in one way only|does not turn with the input|twist decides", str(error)):
+            return
+        if "too large for small rotations" in str(error) and nearly_a_mechanism(model):
             return
         raise
     system = build_drivetrain(model, point.laws)
