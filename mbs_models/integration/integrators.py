@@ -72,8 +72,9 @@ class Pole:
     dof: str
 
     def __str__(self) -> str:
-        overdamped = ", overdamped" if self.value.imag == 0.0 else ""
-        return f"{in_hertz(abs(self.value) / (2.0 * np.pi))} ({self.dof}{overdamped})"
+        if self.value.imag == 0.0:
+            return f"{abs(self.value):.2g} 1/s ({self.dof}, overdamped)"
+        return f"{in_hertz(abs(self.value) / (2.0 * np.pi))} ({self.dof})"
 
 
 def choose_integrator(
@@ -298,7 +299,7 @@ def _reason(
 ) -> str:
     phase = 2.0 * np.pi * fmax * step
     bend = phase**4 / 120.0 if method == RK44 else phase**2 / 12.0
-    accuracy = f"bends {in_hertz(fmax)} by {bend:.1e}"
+    accuracy = f"what is at {in_hertz(fmax)} comes out {100.0 * bend:.1g} % lower"
     if method == RK44:
         why = f"{accuracy}; stable below {limit:.2g} s, the highest mode is at {pole}"
         return f"RK44, h = {step:.3g} s: {why}"
@@ -306,4 +307,4 @@ def _reason(
         why = "rigid couplings are constraints between bodies, which explicit solvers do not take"
     else:
         why = f"the highest mode, {pole}, would ask an explicit solver for h < {limit:.2g} s"
-    return f"trapezoidal rule, h = {step:.3g} s: {accuracy}; {why}"
+    return f"trapezoidal rule, h = {step:.3g} s: {accuracy} (FRFs are freed of it); {why}"

@@ -30,7 +30,7 @@ from ..floquet import growth_rate, parametric_system
 
 FloatArray = NDArray[np.float64]
 
-HARMONICS = 4  # of a mesh that are named and followed
+HARMONICS = 6  # of a mesh that are named and followed: as many as the band has
 PASSES = 2  # planet passings either side of a harmonic that are named
 LEAST_TURNS = 4.0  # of a carrier in the measured part: a Hann window's lines are four bins wide
 FLOQUET_HARMONICS, LEAST_FLOQUET = 6.0, 2e4  # modes up to here (Hz) are in Floquet's system

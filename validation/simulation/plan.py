@@ -30,6 +30,7 @@ DECAYED = 1e-4  # what the slowest mode may keep of its motion at the end of a t
 SETTLED = 1e-2  # and at the end of a run-in, before a spectrum is measured
 PERIODS = 2  # on the periodic orbit: one would do, the second shows that it repeats
 # Meshes excite to beyond this multiple of their frequency with little force.
+SEEN_BEND = 2e-3  # of frequencies at speed, where nothing takes it out: less than damping smears
 MESH_HARMONICS = 6
 LOWEST_FMAX = 1000.0  # Hz; a turning gearbox is looked at up to here at least
 MESH_PERIODS = 200  # of the slowest mesh that are measured
@@ -79,7 +80,8 @@ def plan(linear: LinearizedSystem, request: Request, point: OperatingPoint | Non
         raise ModelError(f"duration = {request.duration:g} s: must be finite and above 0")
     fmax = _fmax(request, point)
     period = _common_period(request.excitations)
-    integrator, rate = _integrator(linear, request, fmax, period)
+    bend = SEEN_BEND if _turns(point) else KNOWN_BEND
+    integrator, rate = _integrator(linear, request, fmax, period, bend)
     static = np.zeros(len(linear.dofs)) if point is None else point.displacement
     dynamic = _steady_start(linear, request.excitations, integrator)
     duration, run_in = _duration(request, point, period, slowest_decay(linear, fmax))
@@ -110,6 +112,11 @@ def _fmax(request: Request, point: OperatingPoint | None) -> float:
     return max(highest, of_meshes, 0.0 if highest else LOWEST_FMAX)
 
 
+def _turns(point: OperatingPoint | None) -> bool:
+    """Whether gears turn."""
+    return point is not None and bool(point.mesh_frequencies)
+
+
 def _common_period(excitations: Sequence[Excitation[Signal]]) -> float | None:
     """The period of all excitations, where they share one."""
     periods = {
@@ -129,6 +136,7 @@ def _integrator(
     request: Request,
     fmax: float,
     period: float | None,
+    bend: float,
 ) -> tuple[Integrator, float]:
     """Integrator and sampling frequency; a period is a whole number of samples."""
 
@@ -139,7 +147,7 @@ def _integrator(
             sampling_frequency=rate,
             method=request.integrator,
             step=request.step,
-            bend=KNOWN_BEND,
+            bend=bend,
         )
 
     if request.sampling_frequency is not None:
@@ -178,7 +186,7 @@ def _duration(
     request: Request, point: OperatingPoint | None, period: float | None, decay: float
 ) -> tuple[float, float]:
     """Duration and the run-in in it (s); ``decay`` of the slowest mode (1/s)."""
-    turning = point is not None and bool(point.mesh_frequencies)
+    turning = _turns(point)
     ends = [excitation.signal.duration for excitation in request.excitations]
     if period is not None and not turning:
         return _given(request, PERIODS * period), 0.0

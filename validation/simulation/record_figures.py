@@ -262,7 +262,7 @@ def mesh_figure(name: str, time: FloatArray, forces: FloatArray, loads: Sequence
         figure = Figure(figsize=(WIDTH, 0.45 + 1.25 * ROW * rows), layout="constrained")
         panels = list(figure.subplots(rows, columns, sharex=True, squeeze=False).flat)
         for axes, load, force in zip(panels, loads, forces.T, strict=False):
-            draw_history(axes, time, force, "N")
+            draw_history(axes, 1e3 * (time - time[0]), force, "N")
             axes.axhline(load.mean, color=VERMILLION, lw=1.0, ls="--")
             if min(force.min(), 0.0) < 0.0 < max(force.max(), 0.0) or load.open_share:
                 axes.axhline(0.0, color=MUTED, lw=0.7)
@@ -270,7 +270,7 @@ def mesh_figure(name: str, time: FloatArray, forces: FloatArray, loads: Sequence
         for number, axes in enumerate(panels):
             axes.set_visible(number < len(loads))
         for axes in panels[max(len(loads) - columns, 0) : len(loads)]:
-            axes.set_xlabel("Time (s)")
+            axes.set_xlabel(f"Time from {time[0]:.4g} s on (ms)")
             axes.tick_params(labelbottom=True)
         mean = Line2D([], [], color=VERMILLION, lw=1.0, ls="--", label="mean")
         figure.legend(handles=[mean], loc="outside upper right")

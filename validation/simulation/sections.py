@@ -168,7 +168,7 @@ def _gears(found: Simulation, gears: GearRun) -> Iterator[Section]:
     lowest = min(point.mesh_frequencies.values(), default=0.0)
     count = len(gears.mesh_forces)
     shown = min(count, round(MESH_PERIODS * rate / lowest)) if lowest else count
-    time = found.run_in + np.arange(shown) / rate
+    time = found.run_in + np.arange(count - shown, count) / rate  # the last: settled
     yield Section(
         "meshes",
         "Mesh forces",
@@ -176,7 +176,7 @@ def _gears(found: Simulation, gears: GearRun) -> Iterator[Section]:
             "Tension of each mesh spring along its line of action; the dynamic factor is the "
             "largest force over the mean one.",
         ),
-        (mesh_figure("meshes", time, gears.mesh_forces[:shown], gears.loads),),
+        (mesh_figure("meshes", time, gears.mesh_forces[count - shown :], gears.loads),),
     )
     if gears.mesh_spectrum is not None:
         band = gears.mesh_spectrum.frequency <= highest_shown(found)
