@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from decimal import Decimal
 from statistics import median
 
 from .parameters import Coupling, Drivetrain, Inertia, ParallelStage, PlanetaryStage
 
-FACTOR = 1000.0  # what N/mm for N/m, or a forgotten k, makes
+DECADES = 3.0  # a thousand times: what N/mm for N/m, or a forgotten k, makes
+COUNTABLE = 6.0  # decades up to which a factor is written out
 
 
 def suspicious_stiffnesses(drivetrain: Drivetrain) -> tuple[str, ...]:
@@ -24,21 +26,31 @@ def suspicious_stiffnesses(drivetrain: Drivetrain) -> tuple[str, ...]:
 
 
 def _odd_ones(name: str, values: list[tuple[str, float]]) -> Iterator[str]:
-    given = [(key, value) for key, value in values if value > 0.0]
+    # What a radius makes infinite is left to those who compute with it.
+    given = [(key, value) for key, value in values if 0.0 < value < math.inf]
     if len(given) < 2:
         return
     middle = median(math.log10(value) for _, value in given)
     for key, value in given:
-        ratio = value / 10.0**middle
-        if ratio > FACTOR or ratio < 1.0 / FACTOR:
+        decades = math.log10(value) - middle
+        if abs(decades) > DECADES:
             yield (
-                f"{name}: {key} = {value:g} N/m is {_times(ratio)} its neighbours "
-                f"({10.0**middle:.1e} N/m): is the unit right?"
+                f"{name}: {key} = {value:g} N/m is {_times(decades)} its neighbours "
+                f"({_power(middle)} N/m): is the unit right?"
             )
 
 
-def _times(ratio: float) -> str:
-    return f"{ratio:.0f} times" if ratio > 1.0 else f"a {1.0 / ratio:.0f}th of"
+def _times(decades: float) -> str:
+    """A factor of 10^decades in words."""
+    if abs(decades) > COUNTABLE:
+        return f"{_power(decades)} times"
+    factor = f"{10.0 ** abs(decades):.0f}"
+    return f"{factor} times" if decades > 0.0 else f"a {factor}th of"
+
+
+def _power(decades: float) -> str:
+    """10^decades in digits, though no float may hold it: 3.2e+152."""
+    return f"{Decimal(10) ** Decimal(decades):.1e}"
 
 
 def _stiffnesses(
