@@ -81,12 +81,23 @@ def _poles(
     return np.concatenate([expected[:n_rigid], match_poles(found, expected[n_rigid:])])
 
 
+def eigenvalue_error(modes: Modes) -> float:
+    """δλ of the undamped eigensolution ((rad/s)²): n·eps·λ_max, the same for every mode.
+
+    `Mode.round_off_hz` is what it makes of a frequency; this takes it back.
+    """
+    mode = modes.modes[0]
+    f, error = mode.frequency_hz, mode.round_off_hz
+    squares = error**2 if error >= f else error * (2.0 * f - error)
+    return float(4.0 * np.pi**2 * squares)
+
+
 def _frequency_error(frequency: float, round_off: float) -> float:
-    """δf of an eigenvalue error δλ: δλ/(8π² f), or √δλ/2π near zero."""
-    at_zero = np.sqrt(round_off) / (2.0 * np.pi)
-    if frequency <= at_zero:
-        return float(at_zero)
-    return float(round_off / (8.0 * np.pi**2 * frequency))
+    """δf = f − √(f² − δλ/4π²) of an eigenvalue error δλ, or √δλ/2π where λ may be zero."""
+    squares = round_off / (4.0 * np.pi**2)
+    if frequency**2 <= squares:
+        return float(np.sqrt(squares))
+    return float(squares / (frequency + np.sqrt(frequency**2 - squares)))
 
 
 def _with_derived(linear: LinearizedSystem, shapes: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from mbs_models.energy import component_shares
-from mbs_models.errors import OrbitError
+from mbs_models.errors import ModelError, OrbitError
 from mbs_models.mode_kinds import Kind, Modes
 from mbs_models.parameters import Drivetrain, Inertia, ParallelStage, Part
 
 from . import equations
 from .frf_checks import Progress, compare_frfs, frf_checks, round_off_floor
+from .judged import judged_in_time
 from .matrix_checks import assembly_checks, matrix_checks
+from .modes import round_off_warnings
 from .pole_checks import pole_checks
 from .published import PUBLISHED
 from .replacement import Replacement
@@ -64,6 +67,8 @@ def cross_check(
     ------
     ValueError
         The band is no axis, or a line falls on an undamped pole (named).
+    ModelError
+        Nothing in the drivetrain vibrates.
     """
     from mbs_models.modes import drivetrain_modes  # exudyn takes its time to load
     from mbs_models.read_back import drivetrain_components
@@ -77,6 +82,7 @@ def cross_check(
     multibody, witness = sources or (exudyn_source(), EQUATIONS)
     model, check_model = build_model(multibody, drivetrain), build_model(witness, drivetrain)
     modes, components = drivetrain_modes(drivetrain), drivetrain_components(drivetrain)
+    _require_springs(drivetrain, modes)
     clock.lap("building and eigensolution")
     report("building systems", 1, 1)
 
@@ -85,8 +91,8 @@ def cross_check(
         *matrix_checks(model, check_model),
         *assembly_checks(model, check_model),
     ]
-    on_poles, poles = pole_checks(model, check_model, modes)
-    checks += on_poles
+    poles = pole_checks(model, check_model, modes)
+    checks += poles.checks
     clock.lap("matrices and poles")
 
     reference = whole_route(model, multibody.synthesis)
@@ -104,11 +110,13 @@ def cross_check(
         swap = compare_swap(model, reference, replacements, pairs, frequency, floor, report)
         clock.lap("swap")
     warnings = [*model_warnings(drivetrain), *(w for r in replacements for w in r.warnings)]
+    warnings += [*round_off_warnings(modes), *poles.warnings]
     record = None
     if in_time:
         try:
             record = time_domain(drivetrain, _far_end(drivetrain.parts[0]), progress=report)
-            checks += time_domain_checks(record)
+            share = judged_in_time(record)
+            checks += [replace(check, note=share) for check in time_domain_checks(record)]
         except OrbitError as error:
             warnings.append(f"no FRFs from time integration: {error}")
         clock.lap("time integration")
@@ -120,7 +128,7 @@ def cross_check(
         warnings=tuple(warnings),
         checks=tuple(checks),
         modes=modes,
-        poles=poles,
+        poles=poles.rows,
         dofs=model.whole.labels,
         frequency=frequency,
         reference=reference.name,
@@ -176,6 +184,15 @@ def _drive_points(part: Part) -> tuple[str, ...]:
 
 def _far_end(part: Part) -> str:
     return f"{part.name}.w" if isinstance(part, Inertia) else f"{part.name}.{part.bodies[0]}.w"
+
+
+def _require_springs(drivetrain: Drivetrain, modes: Modes) -> None:
+    if all(mode.kind == Kind.RIGID_BODY for mode in modes.modes):
+        raise ModelError(
+            f"{drivetrain.name}: nothing in it vibrates: no spring holds a body or joins two, and "
+            "every mode is a rigid-body one; give a stiffness greater than 0 (a torsional_support, "
+            "a bearing, a mesh) or a [[coupling]] that is not rigid"
+        )
 
 
 def _rigid_body_check(drivetrain: Drivetrain, modes: Modes) -> Check:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
 from fbs import RealModes, SecondOrderSystem, poles, real_modes
 from fbs.damped_modes import is_proportional, modal_damping
 from mbs_models.mode_kinds import (
+    Kind,
     Mode,
     Modes,
     StageStiffness,
@@ -21,6 +24,13 @@ from mbs_models.parameters import Drivetrain
 from . import equations
 
 FloatArray = NDArray[np.float64]
+
+PRINTED = 0.005  # Hz: half of the last digit that frequencies are printed to
+LISTED = 3  # modes a warning names
+ADVICE = (
+    "an inertia that is next to nothing makes that one: leave it out (a hub: inertia 0, one end "
+    '"rigid"), or take the frequencies of the equations (crosscheck modes --route equations)'
+)
 
 
 def equation_modes(drivetrain: Drivetrain) -> Modes:
@@ -49,6 +59,41 @@ def equation_modes(drivetrain: Drivetrain) -> Modes:
         for f, z, (kind, shares) in zip(frequencies, ratios, kinds, strict=True)
     )
     return Modes(listed, system.labels, shapes)
+
+
+def round_off_warnings(found: Modes) -> tuple[str, ...]:
+    """Which elastic modes the eigensolver's round-off leaves unknown to the digits printed."""
+    unknown = [
+        (number, mode)
+        for number, mode in enumerate(found.modes, start=1)
+        if mode.kind != Kind.RIGID_BODY and mode.round_off_hz > PRINTED
+    ]
+    if not unknown:
+        return ()
+    told = []
+    for number, mode in unknown:
+        frequency, error = known_to(mode)
+        told.append(f"mode {number}: {frequency}{f' ± {error}' if error else ''} Hz")
+    more = f" and {len(told) - LISTED} more" if len(told) > LISTED else ""
+    return (
+        f"exudyn's eigensolution knows its frequencies to the round-off of the largest, "
+        f"{found.modes[-1].frequency_hz:.3g} Hz: {', '.join(told[:LISTED])}{more}; {ADVICE}",
+    )
+
+
+def known_to(mode: Mode) -> tuple[str, str]:
+    """A frequency in the digits that are known, at most a hundredth of a Hz, and its error (Hz).
+
+    Where nothing but its size is known: what it is below, and no error.
+    """
+    f, error = mode.frequency_hz, mode.round_off_hz
+    if mode.kind == Kind.RIGID_BODY or error <= PRINTED:
+        return f"{f:.2f}", ""
+    if error >= f:
+        step = 10.0 ** (math.floor(math.log10(f + error)) - 1)
+        return f"< {math.ceil((f + error) / step) * step:.0f}", ""
+    digits = min(2, -math.floor(math.log10(error)))
+    return f"{round(f, digits):.{max(digits, 0)}f}", f"{float(f'{error:.2g}'):g}"
 
 
 def damped_modes(system: SecondOrderSystem, modes: RealModes) -> tuple[FloatArray, FloatArray]:

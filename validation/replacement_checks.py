@@ -44,7 +44,7 @@ def _active(frf: Frf) -> str:
             found.append(f"{dof} {where(frf.frequency, wrong)}")
     if not found:
         return ""
-    return f"not passive, Re(mobility) < 0 at a drive point: {_some(found)}"
+    return f"not passive, Re(mobility) < −{100 * NOISE:g} % of it at a drive point: {_some(found)}"
 
 
 def _not_reciprocal(frf: Frf, interface: Sequence[str]) -> str:
@@ -62,7 +62,9 @@ def _not_reciprocal(frf: Frf, interface: Sequence[str]) -> str:
             wrong = defect > NOISE * size + FLOOR * size.max()
             if wrong.any():
                 found.append(f"{first} and {second} {where(frf.frequency, wrong)}")
-    return f"not reciprocal, H_ij ≠ H_ji: {_some(found)}" if found else ""
+    if not found:
+        return ""
+    return f"not reciprocal, |H_ij − H_ji| beyond {100 * NOISE:g} % of √(h_i h_j): {_some(found)}"
 
 
 def _other_unit(frf: Frf, model: Frf, interface: Sequence[str]) -> str:

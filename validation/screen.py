@@ -14,6 +14,8 @@ from rich.table import Table
 from mbs_models.mode_kinds import Modes, label_inertias
 from mbs_models.parameters import Drivetrain, ParallelStage, PlanetaryStage
 
+from .judged import judged_in_time
+from .modes import known_to, round_off_warnings
 from .results import CrossCheck
 
 
@@ -47,7 +49,15 @@ def progress() -> Iterator[Callable[[str, int, int], None]]:
 
 
 def verdicts(result: CrossCheck) -> None:
-    """Print the verdict table and, where routes disagree, where and by what."""
+    """Print the verdict table and, where routes disagree, where and by what.
+
+    Whatever the report warns of is a warning here too; what was known of the input before the
+    check began has been told then.
+    """
+    told = {*result.drivetrain.warnings()}
+    if result.swap is not None:
+        told.update(warning for part in result.swap.replacements for warning in part.warnings)
+    warn([warning for warning in result.warnings if warning not in told])
     table = Table(title=f"{result.drivetrain.name}: cross-check", title_justify="left")
     for header in ("comparison", "of", "routes"):
         table.add_column(header)
@@ -71,6 +81,10 @@ def verdicts(result: CrossCheck) -> None:
             console.print(f"[bold red]{check.name}, {check.subject}: {' – '.join(check.routes)}[/]")
             for finding in check.findings:
                 console.print(f"  {finding}", markup=False)
+    if result.time_domain is not None:
+        console.print(
+            f"FRFs from time integration: {judged_in_time(result.time_domain)}.", markup=False
+        )
     worst = max(float(c.line_max.max()) for c in result.comparisons)
     n_frf = len(result.dofs) ** 2
     console.print(
@@ -80,19 +94,25 @@ def verdicts(result: CrossCheck) -> None:
 
 
 def modes(title: str, route: str, found: Modes) -> None:
-    """Print a table of modes."""
+    """Print a table of modes, in the digits that are known; warn of those that round-off hides."""
+    known = [known_to(mode) for mode in found.modes]
+    if route == "exudyn":
+        warn(round_off_warnings(found))
+    hidden = any(error for _, error in known)
     table = Table(title=f"{title}: modes by {route}", title_justify="left")
     table.add_column("#", justify="right")
     table.add_column("frequency, Hz", justify="right")
+    if hidden:
+        table.add_column("±", justify="right")
     table.add_column("damping ratio", justify="right")
     table.add_column("kind")
     table.add_column("kinetic energy")
     for number, mode in enumerate(found.modes, start=1):
         shares = sorted(mode.shares.kinetic.items(), key=lambda item: -item[1])
         where = ", ".join(f"{name} {share:.0%}" for name, share in shares if share >= 0.005)
-        table.add_row(
-            str(number), f"{mode.frequency_hz:.2f}", f"{mode.damping_ratio:.5f}", mode.kind, where
-        )
+        frequency, error = known[number - 1]
+        cells = [str(number), frequency, *([error] if hidden else [])]
+        table.add_row(*cells, f"{mode.damping_ratio:.5f}", mode.kind, where)
     _console().print(table)
 
 

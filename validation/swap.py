@@ -224,27 +224,29 @@ class _Tally:
 
 
 def headline(swap: Swap) -> str:
-    """What the swap changes, in half a sentence."""
+    """What the swap changes, in half a sentence.
+
+    By the scaled error: the largest difference in dB is that of some antiresonance.
+    """
     swapped = " and ".join(f"{r.part} from {r.path.name}" for r in swap.replacements)
-    subject = f"the swap ({swapped})"
+    odd = ", warned of" if any(r.warnings for r in swap.replacements) else ""
+    subject = f"the swap ({swapped}{odd})"
     largest = float(swap.comparison.line_max.max())
     if not swap.changes:
         return f"{subject} changes nothing: largest scaled error {largest:.1e}"
-    found = [c for c in swap.curves if np.isfinite(c.largest_db)]
-    if not found:
-        at, response, excitation = swap.comparison.worst
-        return (
-            f"{subject} changes FRFs by up to {largest:.2g} (scaled error) at {at:.6g} Hz, "
-            f"{response} ← {excitation}"
-        )
-    most = max(found, key=lambda c: abs(c.largest_db))
-    told = f"{subject} changes FRFs: up to {decibels(most.largest_db)} at {most.at_hz:.6g} Hz"
+    at, response, excitation = swap.comparison.worst
+    told = (
+        f"{subject} changes FRFs by up to {largest:.2g} (scaled error) at {at:.6g} Hz, "
+        f"{response} ← {excitation}"
+    )
     shifts = [r for r in swap.resonances if r.shift is not None]
-    moved = ""
-    if shifts:
-        furthest = max(shifts, key=lambda r: abs(r.shift or 0.0))
-        moved = f"; resonances move by up to {in_hertz(furthest)}"
-    return f"{told} at {most.name}{moved}"
+    if not shifts:
+        return told
+    furthest = max(shifts, key=lambda r: abs(r.shift or 0.0))
+    if abs(furthest.shift or 0.0) <= STILL:
+        both = "" if len(shifts) == len(swap.resonances) else " that both have"
+        return f"{told}; resonances{both} stay"
+    return f"{told}; resonances move by up to {in_hertz(furthest)}"
 
 
 def in_words(swap: Swap) -> list[str]:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from mbs_models.errors import ModelError
 from mbs_models.mode_kinds import Kind
 from mbs_models.model_file import load
 from mbs_models.parameters import Drivetrain
@@ -172,6 +173,13 @@ def test_damping_that_differs_is_found() -> None:
     )
     assert "Damping ratios | equations" in found
     assert "Natural frequencies | equations" not in found
+
+
+def test_what_cannot_vibrate_is_refused() -> None:
+    rotor = {"name": "rotor", "radius": 0.1, "polar_inertia": 1.0}
+    alone = Drivetrain.model_validate({"name": "rotor", "inertia": [rotor]})
+    with pytest.raises(ModelError, match="rotor: nothing in it vibrates: no spring holds a body"):
+        cross_check(alone, Band(1.0, 10.0, 1.0))
 
 
 def test_published_values_are_checked() -> None:

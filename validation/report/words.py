@@ -7,7 +7,6 @@ import math
 from mbs_models.parameters import Drivetrain
 
 from ..results import Check, CrossCheck
-from ..swap import headline
 
 MOTIONS = {
     "w": "rotation r·θ of",
@@ -26,9 +25,12 @@ SOLUTIONS = {
 
 
 def verdict(result: CrossCheck) -> str:
-    """The outcome in one sentence; where routes disagree, which, where and by what."""
+    """The outcome in one sentence; where routes disagree, which, where and by what.
+
+    What a swap changes is a finding with a headline of its own: no route's agreement covers it.
+    """
     if result.agrees:
-        return "All routes agree" + (f"; {headline(result.swap)}" if result.swap else "")
+        return "All routes agree" + (" on the model before the swap" if result.swap else "")
     telling = max((c for c in result.checks if not c.agrees), key=_weight)
     finding = telling.findings[0] if telling.findings else _in_numbers(telling)
     return f"Routes disagree: {telling.routes[0]} and {telling.routes[1]}, {finding}"

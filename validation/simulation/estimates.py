@@ -20,6 +20,7 @@ from mbs_models.parameters import Drivetrain
 from mbs_models.signals.lines import Harmonic, Multisine, Signal
 from mbs_models.signals.sines import HalfSine
 
+from ..judged import judged
 from ..results import Check
 from ..routes import build_model, couple_stages, exudyn_source
 from ..time_domain import DYNAMIC_RANGE_DB, ZERO
@@ -82,6 +83,13 @@ class EstimatedFrfs:
     reference: Frf
     compared: BoolArray
     allowed_db: FloatArray
+
+    @property
+    def judged(self) -> str:
+        """On how many lines a verdict on them rests, and where it leaves out half of the band."""
+        frf = self.reference
+        names = [f"{i} ← {j}" for i in frf.responses for j in frf.excitations]
+        return judged(names, frf.frequency, self.compared.reshape(len(frf.frequency), -1))
 
     @property
     def decibels(self) -> FloatArray:
@@ -300,7 +308,7 @@ def estimate_checks(found: EstimatedFrfs) -> list[Check]:
     check = Check(
         f"FRFs from time integration ({kind}), magnitude", subject, (FBS, ROUTE),
         "largest difference, dB", float(magnitude.max()), DECIBEL_TOLERANCE, reason,
-        _findings(found, magnitude, DECIBEL_TOLERANCE, "dB"),
+        _findings(found, magnitude, DECIBEL_TOLERANCE, "dB"), found.judged,
     )  # fmt: skip
     return [
         check,

@@ -15,6 +15,7 @@ from fbs import Quantity, Record
 from fbs.record_files import write_record
 from mbs_models.model_file import dumps
 
+from ..judged import percent
 from ..report.digits import rounded
 from ..report.files import write_together
 from ..report.html import environment
@@ -115,7 +116,12 @@ def verdict(found: Simulation) -> str:
         size = f"{worst:.2g} dB" if worst >= 1e-3 else "below 0.001 dB"
         averaged = any(part.estimate.kind == "H1" for part in found.estimated)
         beyond = ", the estimate’s own scatter allowed for" if averaged else ""
-        return f"FRFs from exudyn’s time integration {agree}: largest difference {size}{beyond}"
+        judged = np.concatenate([part.compared.ravel() for part in found.estimated])
+        lines = "all lines" if judged.all() else f"the lines judged, {percent(judged)} of all"
+        return (
+            f"FRFs from exudyn’s time integration {agree}: largest difference {size} on {lines}"
+            f"{beyond}"
+        )
     if found.gears is not None:
         return _operated(found.gears)
     return "The drivetrain was run in time"
@@ -131,7 +137,7 @@ def _operated(gears: GearRun) -> str:
 
 
 def simulation_document(found: Simulation, made: Provenance) -> dict[str, Any]:
-    """Every number of the report as nested dicts and lists."""
+    """Verdicts, settings and summaries as nested dicts and lists; no histories and no curves."""
     record = found.record
     return {
         "schema_version": SCHEMA_VERSION,
@@ -161,6 +167,7 @@ def simulation_document(found: Simulation, made: Provenance) -> dict[str, Any]:
                 "tolerance": check.tolerance,
                 "agrees": check.agrees,
                 "findings": list(check.findings),
+                "note": check.note,
             }
             for check in found.checks
         ],
@@ -186,6 +193,8 @@ def _frfs(estimated: EstimatedFrfs) -> dict[str, Any]:
         "excitations": list(frf.excitations),
         "lines": len(frf.frequency),
         "band_hz": [float(frf.frequency[0]), float(frf.frequency[-1])],
+        "judged": estimated.judged,
+        "judged_share": [rounded(row, 6) for row in estimated.compared.mean(axis=0)],
         "worst_db": [rounded(row, 6) for row in estimated.decibels.max(axis=0)],
         "worst_degrees": [rounded(row, 6) for row in estimated.degrees.max(axis=0)],
         "lowest_coherence": None if coherence is None else rounded(coherence.min(axis=0), 6),

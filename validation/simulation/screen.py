@@ -49,8 +49,9 @@ def _verdicts(found: Simulation, console: Console) -> None:
         for finding in check.findings:
             console.print(f"  {finding}", markup=False)
     for estimated in found.estimated:
+        sources = ", ".join(estimated.reference.excitations)
         print(
-            f"{estimated.compared.any(axis=(1, 2)).sum()} lines compared, median difference "
+            f"FRFs from {sources}: {estimated.judged}; median difference there "
             f"{np.median(estimated.decibels[estimated.compared]):.2g} dB."
         )
     for hint in found.hints:

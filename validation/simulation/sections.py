@@ -81,7 +81,7 @@ def _frfs(estimated: EstimatedFrfs, place: int) -> Section:
             else ""
         )
         + f"; median difference {np.median(estimated.decibels[estimated.compared]):.2g} dB on the "
-        "lines within 80 dB of each response’s peak."
+        "lines judged."
     ]
     if estimated.estimate.kind == "H1" and coherence is not None:
         words.append(

@@ -1,0 +1,141 @@
+"""Warnings of a report are on the screen, and verdicts on FRFs in time say what they rest on."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mbs_models.errors import OrbitError
+from mbs_models.model_file import dumps, load
+from tests.strategies import changed
+from validation import cli
+from validation.cross_check import cross_check
+from validation.judged import judged, judged_in_time, percent
+from validation.results import Band
+
+W = "planetary.sun.w"
+
+
+def call(*arguments: str) -> int:
+    """Run the command line in this process; returns the exit code."""
+    try:
+        cli.main(list(arguments))
+    except SystemExit as exit_:
+        return int(exit_.code or 0)
+    return 0
+
+
+# --- in words -------------------------------------------------------------------------------
+
+
+def test_what_is_judged_of_less_than_half_of_the_band_is_named() -> None:
+    frequency = np.arange(10.0, 110.0, 10.0)
+    compared = np.ones((10, 3), bool)
+    compared[2:, 1] = False
+    compared[:, 2] = False
+    assert judged("abc", frequency, compared) == (
+        "judged on 12 of 30 lines (40 %); on less than half of the band at "
+        "c (nowhere); b (20 %, none above 20 Hz)"
+    )
+    compared[:5, 1:] = True
+    assert judged("abc", frequency, compared) == "judged on 20 of 30 lines (67 %)"
+    assert judged("abc", frequency, np.ones((10, 3), bool)) == "judged on all lines"
+
+
+def test_all_but_one_line_is_not_all() -> None:
+    compared = np.ones((1000, 1), bool)
+    assert percent(compared) == "100 %"
+    compared[0] = False
+    assert percent(compared) == "99 %"
+
+
+# --- crosscheck run -------------------------------------------------------------------------
+
+
+def test_the_verdict_in_time_says_its_share(capsys: pytest.CaptureFixture[str]) -> None:
+    from validation import screen
+
+    result = cross_check(load("paper"), Band(500.0, 4000.0, 500.0), in_time=True)
+    assert result.time_domain is not None
+    share = judged_in_time(result.time_domain)
+    # 42 Hz and below rule a free drivetrain: the sun turns 80 dB less above a few hundred Hz.
+    assert "on less than half of the band at " in share
+    notes = [c.note for c in result.checks if "time integration" in c.name]
+    assert notes == [share, share]
+    screen.verdicts(result)
+    told = " ".join(capsys.readouterr().out.split())
+    assert f"FRFs from time integration: {share}." in told
+
+
+def test_an_orbit_that_does_not_close_is_told_on_the_screen(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def open_orbit(*arguments: object, **options: object) -> None:
+        raise OrbitError("the periodic orbit does not close")
+
+    monkeypatch.setattr("validation.cross_check.time_domain", open_orbit)
+    stage = load("lin-parker-3").stage("planetary").model_dump(by_alias=True, exclude_unset=True)
+    apart = changed(load("lin-parker-3"), stage=[stage, stage | {"name": "second"}], coupling=[])
+    path = tmp_path / "apart.toml"
+    path.write_text(dumps(apart), encoding="utf-8")
+    lines = ["--fmin", "500", "--fmax", "4000", "--df", "500", "--time"]
+    assert call("run", str(path), *lines, "--out", str(tmp_path)) == 0
+    errors = capsys.readouterr().err.splitlines()
+    warned = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["warnings"]
+    assert any("not connected" in warning for warning in warned)
+    assert "no FRFs from time integration: the periodic orbit does not close" in warned
+    # Each once, though what is known of the model is told before the check begins.
+    assert sorted(errors) == sorted(f"warning: {warning}" for warning in warned)
+
+
+# --- crosscheck simulate --------------------------------------------------------------------
+
+
+def test_simulate_says_on_how_much_of_the_band_it_rests(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked = ("--excitation", "multisine@reducer.pinion.w:fmin=10,fmax=4000,df=10")
+    assert call("simulate", "paper", *asked, "--response", W, "--out", str(tmp_path)) == 0
+    printed = capsys.readouterr().out
+    found = json.loads((tmp_path / "simulation.json").read_text(encoding="utf-8"))
+    html = (tmp_path / "simulation.html").read_text(encoding="utf-8")
+    (frfs,) = found["frfs"]
+    ((share,),) = frfs["judged_share"]
+    assert share < 0.1  # 80 dB below 10 Hz: beyond a few hundred Hz nothing is judged
+    place = f"of the band at {W} ← reducer.pinion.w ("
+    assert place in frfs["judged"]
+    assert place in printed
+    assert place in html
+    assert f"on the lines judged, {100 * share:.2g} % of all" in found["verdict"]
+    assert found["verdict"] in html
+    assert [check["note"] for check in found["checks"]] == [frfs["judged"]] * 2
+
+
+def test_simulate_judges_all_lines_of_a_held_stage_and_says_so(tmp_path: Path) -> None:
+    asked = ("--excitation", f"multisine@{W}:fmin=50,fmax=1000,df=50", "--response", W)
+    assert call("simulate", "lin-parker-4", *asked, "--out", str(tmp_path)) == 0
+    found = json.loads((tmp_path / "simulation.json").read_text(encoding="utf-8"))
+    assert found["frfs"][0]["judged"] == "judged on all lines"
+    assert found["verdict"].endswith("dB on all lines")
+    html = (tmp_path / "simulation.html").read_text(encoding="utf-8")
+    assert "every number of this report" not in html  # FRFs and histories are not in it
+    assert "receptance" not in found["frfs"][0]
+    assert "verdicts, settings and summaries are in simulation.json" in html
+
+
+def test_warnings_of_a_run_in_time_are_on_the_screen(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    stage = load("lin-parker-3").stage("planetary").model_dump(by_alias=True, exclude_unset=True)
+    apart = changed(load("lin-parker-3"), stage=[stage, stage | {"name": "second"}], coupling=[])
+    path = tmp_path / "apart.toml"
+    path.write_text(dumps(apart), encoding="utf-8")
+    asked = ("--excitation", f"multisine@{W}:fmin=50,fmax=2000,df=50", "--response", W)
+    assert call("simulate", str(path), *asked, "--out", str(tmp_path)) == 0
+    errors = capsys.readouterr().err.splitlines()
+    warned = json.loads((tmp_path / "simulation.json").read_text(encoding="utf-8"))["warnings"]
+    assert warned
+    assert errors == [f"warning: {warning}" for warning in warned]
