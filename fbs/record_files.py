@@ -112,7 +112,7 @@ def _read_npz(path: Path) -> tuple[Record, dict[str, Any]]:
     except FbsError:
         raise
     except (ValueError, EOFError, NotImplementedError, zipfile.BadZipFile, zlib.error) as error:
-        raise FbsError(f"the file is damaged, or no .npz ({error})") from error
+        raise FbsError("the file is damaged, or no .npz") from error
     missing = [name for name in ARRAYS if name not in arrays]
     if missing:
         raise FbsError(f"there is no array {' and no '.join(missing)}; needed are {ARRAYS}")

@@ -283,7 +283,8 @@ def read_functions(path: Path) -> tuple[list[dict[str, Any]], list[int], float, 
 def what_is_there(functions: Sequence[dict[str, Any]], types: Iterable[int]) -> str:
     """Say which datasets and functions a file holds."""
     kinds = sorted({int(f["func_type"]) for f in functions})
-    found = f"there are datasets {sorted(set(types))}"
+    numbers = ", ".join(str(kind) for kind in sorted(set(types)))
+    found = f"there are datasets {numbers}" if numbers else "there are no datasets at all"
     return found + (f", functions of type {kinds}" if kinds else "")
 
 

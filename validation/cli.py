@@ -10,17 +10,28 @@ from typing import Annotated, Any
 import typer
 
 from .errors import CommandError
+from .exit_codes import BAD_INPUT, INTERRUPTED, exit_code
 
 app = typer.Typer(
     name="crosscheck",
     help="Cross-check a gear drivetrain's vibration: exudyn, substructuring (FBS) and equations.",
-    no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
 )
 
+
+def named(model: str) -> str:
+    """A preset or a file must have a name."""
+    if not model.strip():
+        raise typer.BadParameter("is empty; must be a preset's name, or the path of a model file")
+    return model
+
+
 Model = Annotated[
-    str, typer.Argument(metavar="MODEL", help="A preset's name, or the path of a model file.")
+    str,
+    typer.Argument(
+        metavar="MODEL", callback=named, help="A preset's name, or the path of a model file."
+    ),
 ]
 Fmin = Annotated[
     float | None, typer.Option(help="First line, Hz (default: the first multiple of df ≥ 1 Hz).")
@@ -29,7 +40,8 @@ Fmax = Annotated[
     float | None, typer.Option(help="Last line, Hz (default: the last multiple of df ≤ 15 kHz).")
 ]
 Df = Annotated[
-    float | None, typer.Option(help="Step, Hz (default: 1 Hz; coarser if there are many DoFs).")
+    float | None,
+    typer.Option(help="Step, Hz (default: 1 Hz; coarser if there are many lines or FRFs)."),
 ]
 
 MOST_DOFS_IN_TIME = 60  # larger systems take minutes to integrate: only when asked for
@@ -37,24 +49,9 @@ MOST_DOFS_IN_TIME = 60  # larger systems take minutes to integrate: only when as
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line; bad input ends in one message and exit code 2."""
-    try:
-        app(arguments)
-    except SystemExit:  # every command ends so; only what is raised beside it is looked up below
-        raise
-    except KeyboardInterrupt:
-        print("crosscheck: interrupted; nothing was written", file=sys.stderr)
-        sys.exit(130)
-    except input_errors() as error:
-        print(f"crosscheck: {error}", file=sys.stderr)
-        sys.exit(2)
-
-
-def input_errors() -> tuple[type[ValueError], ...]:
-    """What bad input raises; looked up when something is raised, since fbs takes time to load."""
-    from fbs.errors import FbsError
-    from mbs_models.errors import ModelError
-
-    return ModelError, FbsError, CommandError
+    given = sys.argv[1:] if arguments is None else arguments
+    code = exit_code(app, given or ["--help"])
+    sys.exit(code if given else BAD_INPUT)
 
 
 @app.command()
@@ -88,6 +85,7 @@ def run(
     from mbs_models.model_file import load
 
     from . import screen
+    from .memory import require_memory, run_bytes
     from .replacement import read_replacements
     from .results import Band, band
     from .swap import in_words
@@ -95,7 +93,8 @@ def run(
     drivetrain = load(model)
     n_dofs = len(label_inertias(drivetrain))
     replaced = read_replacements(drivetrain, replace or (), fmin, fmax, df)
-    lines = Band.of(replaced[0].frf.frequency) if replaced else band(fmin, fmax, df, n_dofs)
+    lines = Band.of(replaced[0].frf.frequency) if replaced else band(fmin, fmax, df, n_dofs**2)
+    require_memory(lines, run_bytes(drivetrain), "the report's curves")
     if in_time is None:
         in_time = n_dofs <= MOST_DOFS_IN_TIME and not replaced
     screen.warn(drivetrain.warnings())
@@ -150,6 +149,10 @@ def modes(
     if not as_json:
         screen.modes(drivetrain.name, route, found)
         return
+    if route == "exudyn":
+        from .modes import round_off_warnings
+
+        screen.warn(round_off_warnings(found))
     listed: list[dict[str, Any]] = [
         {
             "frequency_hz": mode.frequency_hz,
@@ -196,6 +199,7 @@ def frf(
     from mbs_models.model_file import load
 
     from . import frf_output
+    from .memory import frf_bytes, frf_count, require_memory
     from .results import band
     from .routes import frf_by_name
 
@@ -204,8 +208,15 @@ def frf(
     if output is not None:
         frf_output.check_target(output)
     drivetrain = load(model)
-    frequency = band(fmin, fmax, df).frequency()
-    made, method = frf_by_name(drivetrain, route, frequency, responses, excitations, stage)
+    n_frfs = frf_count(drivetrain, route, responses, excitations, stage)
+    lines = band(fmin, fmax, df, n_frfs)
+    require_memory(
+        lines,
+        frf_bytes(n_frfs, drawn=output is not None and frf_output.is_picture(output)),
+        f"{n_frfs} FRF{'s' * (n_frfs > 1)}",
+        "a larger --df, a narrower band (--fmin, --fmax) or fewer DoFs",
+    )
+    made, method = frf_by_name(drivetrain, route, lines.frequency(), responses, excitations, stage)
     result = made.to(quantity)
     print(f"Method: {method}")
     if output is None:
@@ -318,14 +329,17 @@ def sweep(
     check_executor(executor, workers)
     drivetrain = load(model)
     samples_of = design(drivetrain, vary or (), samples, seed, sampling)
+    from .memory import BYTES_PER_SWEPT_LINE, require_memory
     from .results import band  # takes its time to load: bad input is told before
     from .sweep.command import carry_out
     from .sweep.run import dof_pair, task
 
     lines, pair = band(fmin, fmax, df), dof_pair(response, excitation)
+    if pair is not None:
+        require_memory(lines, BYTES_PER_SWEPT_LINE, "the sweep's FRF")
     todo = task(drivetrain, samples_of, lines, pair, n_modes, route, metric or (), streamed=stream)
     if not carry_out(drivetrain, todo, samples_of, out, workers, executor, streamed=stream):
-        raise typer.Exit(130)
+        raise typer.Exit(INTERRUPTED)
 
 
 @app.command()
@@ -397,7 +411,7 @@ def simulate(
             "goes on from there",
             file=sys.stderr,
         )
-        raise typer.Exit(130) from None
+        raise typer.Exit(INTERRUPTED) from None
     if not found.agrees:
         raise typer.Exit(1)
 
@@ -427,7 +441,9 @@ def new(
 
 @app.command()
 def check(
-    file: Annotated[str, typer.Argument(metavar="FILE", help="A model file, or a preset.")],
+    file: Annotated[
+        str, typer.Argument(metavar="FILE", callback=named, help="A model file, or a preset.")
+    ],
 ) -> None:
     """Validate a model file and say what was understood."""
     from mbs_models.mode_kinds import rigid_body_count

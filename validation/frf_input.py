@@ -6,9 +6,10 @@ import zipfile
 import zlib
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
+from numpy.lib.npyio import NpzFile
 from numpy.typing import NDArray
 
 from fbs import FbsError, Frf
@@ -44,7 +45,8 @@ def read(path: Path) -> Frf:
     except OSError as error:
         raise CommandError(f"{path}: cannot be read: {error.strerror or error}") from error
     except FbsError as error:
-        raise CommandError(f"{path}: {error}") from error
+        told = str(error).removeprefix(f"{path}: ")  # some readers name the file themselves
+        raise CommandError(f"{path}: {told}") from error
 
 
 def _read_npz(path: Path) -> Frf:
@@ -70,14 +72,29 @@ def _read_npz(path: Path) -> Frf:
 def _arrays(path: Path) -> dict[str, NDArray[Any]]:
     try:
         with path.open("rb") as file:  # np.load itself leaves a damaged one open
-            archive = np.load(file, allow_pickle=False)
-            if isinstance(archive, np.ndarray):
-                raise FbsError(f"it is one array without names; needed are {', '.join(KINDS)}")
-            return {name: archive[name] for name in archive.files}
-    except FbsError:
-        raise
-    except (ValueError, EOFError, NotImplementedError, zipfile.BadZipFile, zlib.error) as error:
-        raise FbsError(f"the file is damaged, or no .npz ({error})") from error
+            archive = _archive(file)
+            return {name: _array(archive, name) for name in archive.files}
+    except (NotImplementedError, zipfile.BadZipFile, zlib.error) as error:
+        raise FbsError(f"the file is damaged ({error})") from error
+
+
+def _archive(file: BinaryIO) -> NpzFile:
+    """A .npz; what numpy says of other files is no advice to follow."""
+    try:
+        archive = np.load(file, allow_pickle=False)
+    except (ValueError, EOFError) as error:
+        raise FbsError("the file is damaged, or no .npz") from error
+    if not isinstance(archive, NpzFile):
+        raise FbsError(f"it is one array without names; needed are {', '.join(KINDS)}")
+    return archive
+
+
+def _array(archive: NpzFile, name: str) -> NDArray[Any]:
+    try:
+        array: NDArray[Any] = archive[name]
+    except (ValueError, EOFError) as error:
+        raise FbsError(f"its array {name} is damaged, or no plain numbers or text") from error
+    return array
 
 
 def _read_uff(path: Path) -> Frf:

@@ -7,16 +7,19 @@ import os
 import shutil
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fbs import Frf, Quantity
+from fbs.uff import UNITS as RESPONSE_UNITS
 
 from .errors import CommandError
 
 UNITS = {Quantity.RECEPTANCE: "m/N", Quantity.MOBILITY: "m/(N s)", Quantity.ACCELERANCE: "m/(N s²)"}
+CSV_ROWS = 1000  # as Python has them, at a time: numbers of which take four times those of numpy
 
 
 def labels(option: str, given: Sequence[str] | None) -> tuple[str, ...] | None:
@@ -29,30 +32,53 @@ def labels(option: str, given: Sequence[str] | None) -> tuple[str, ...] | None:
 
 def check_target(path: Path) -> None:
     """Refuse a file that cannot be written before anything is computed."""
-    if path.suffix not in WRITERS:
+    if path.suffix.lower() not in WRITERS:
         raise CommandError(
             f"--output = {path}: the ending {path.suffix or '(none)'} is not known; allowed: "
             f"{', '.join(WRITERS)}"
         )
-    if path.is_dir():
-        raise CommandError(f"--output = {path}: is a directory; give a file")
-    if not path.resolve().parent.is_dir():
-        raise CommandError(f"--output = {path}: the directory does not exist")
+    with _telling(path):
+        if path.is_dir():
+            raise CommandError(f"--output = {path}: is a directory; give a file")
+        if not path.resolve().parent.is_dir():
+            raise CommandError(f"--output = {path}: the directory does not exist")
+        with suppress(FileNotFoundError):
+            path.lstat()  # refuses a name that is too long
+        _temporary(path).unlink()
+
+
+def is_picture(path: Path) -> bool:
+    """Whether FRFs are drawn by matplotlib, rather than written as numbers or shown."""
+    return WRITERS.get(path.suffix.lower()) is _write_picture
 
 
 def write(frf: Frf, path: Path, title: str) -> None:
     """Write an FRF by the file's ending; an existing file is replaced whole or not at all."""
-    handle, name = tempfile.mkstemp(suffix=path.suffix, dir=path.resolve().parent)
-    os.close(handle)
-    temporary = Path(name)
+    with _telling(path):
+        temporary = _temporary(path)
+        try:
+            WRITERS[path.suffix.lower()](frf, temporary, title)
+            temporary.chmod(0o644)
+            os.replace(temporary, path)
+        finally:
+            temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def _telling(path: Path) -> Iterator[None]:
+    """Say in one message that a file cannot be written, and why."""
     try:
-        WRITERS[path.suffix](frf, temporary, title)
-        temporary.chmod(0o644)
-        os.replace(temporary, path)
+        yield
     except OSError as error:
-        raise CommandError(f"--output = {path}: cannot be written: {error.strerror}") from error
-    finally:
-        temporary.unlink(missing_ok=True)
+        why = error.strerror or str(error)
+        raise CommandError(f"--output = {path}: cannot be written: {why}") from error
+
+
+def _temporary(path: Path) -> Path:
+    """An empty file beside the one to be written; its ending in small letters, as numpy's are."""
+    handle, name = tempfile.mkstemp(suffix=path.suffix.lower(), dir=path.resolve().parent)
+    os.close(handle)
+    return Path(name)
 
 
 def _write_npz(frf: Frf, path: Path, title: str) -> None:
@@ -67,15 +93,19 @@ def _write_npz(frf: Frf, path: Path, title: str) -> None:
 
 
 def _write_csv(frf: Frf, path: Path, title: str) -> None:
+    unit = f"{RESPONSE_UNITS[frf.quantity]}/N"
     header = ["frequency_hz"]
     columns = [frf.frequency]
     for response, excitation, values in _curves(frf):
-        header += [f"{part} {response} <- {excitation}" for part in ("re", "im")]
+        name = f"{frf.quantity} {response} <- {excitation} ({unit})"
+        header += [f"re {name}", f"im {name}"]
         columns += [values.real, values.imag]
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(header)
-        writer.writerows(np.column_stack(columns).tolist())
+        for start in range(0, len(frf.frequency), CSV_ROWS):
+            rows = [column[start : start + CSV_ROWS] for column in columns]
+            writer.writerows(np.column_stack(rows).tolist())
 
 
 def _write_uff(frf: Frf, path: Path, title: str) -> None:
@@ -94,7 +124,7 @@ def _write_picture(frf: Frf, path: Path, title: str) -> None:
         phase.plot(frf.frequency, np.degrees(np.angle(values)), lw=1)
     magnitude.set_ylabel(f"{frf.quantity}, {UNITS[frf.quantity]}")
     magnitude.set_title(title)
-    magnitude.legend(fontsize="small")
+    magnitude.legend(fontsize="small", loc="upper right")  # "best" tries every point
     phase.set(xlabel="frequency, Hz", ylabel="phase, °", yticks=(-180, -90, 0, 90, 180))
     for axes in (magnitude, phase):
         axes.grid(alpha=0.3)

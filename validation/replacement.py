@@ -14,7 +14,7 @@ from fbs.frf import require_same_frequency
 from mbs_models.parameters import Drivetrain
 
 from . import frf_input
-from .errors import CommandError
+from .errors import CommandError, require_frequencies
 from .replacement_checks import implausible, square_labels
 from .routes import EQUATIONS, coupling_joints, known_part
 
@@ -77,6 +77,7 @@ def read_replacements(
     CommandError
         An option or a file that does not fit: it is named, with what is allowed.
     """
+    require_frequencies(fmin=fmin, fmax=fmax, df=df)
     paths = _paths(drivetrain, given)
     found = tuple(_replacement(drivetrain, part, path, fmin, fmax) for part, path in paths.items())
     for other in found[1:]:

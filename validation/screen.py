@@ -89,7 +89,8 @@ def verdicts(result: CrossCheck) -> None:
     n_frf = len(result.dofs) ** 2
     console.print(
         f"{'All routes agree' if result.agrees else 'The routes DISAGREE'}: {n_frf} FRFs, "
-        f"{len(result.frequency)} lines each, largest scaled error {worst:.1e}."
+        f"{len(result.frequency)} line{'s' * (len(result.frequency) != 1)} each, "
+        f"largest scaled error {worst:.1e}."
     )
 
 

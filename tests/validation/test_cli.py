@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -115,15 +116,23 @@ def test_frf_of_every_route_in_a_npz(tmp_path: Path) -> None:
             assert np.all(error <= 1e-8 * np.abs(reference.values).max(axis=(1, 2)))
 
 
-@pytest.mark.parametrize("quantity", ["receptance", "mobility", "accelerance"])
-def test_frf_quantity_in_a_csv(quantity: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("quantity", "unit"),
+    [("receptance", "m/N"), ("mobility", "m/s/N"), ("accelerance", "m/s^2/N")],
+)
+def test_frf_quantity_in_a_csv(
+    quantity: str, unit: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("validation.frf_output.CSV_ROWS", 150)  # 400 lines: a part is left over
     path = tmp_path / "frf.csv"
     dof = "reducer.pinion.y"
     arguments = ["--response", dof, "--excitation", dof, "--quantity", quantity]
     assert call("frf", "paper", *arguments, "--output", str(path), *BAND) == 0
     with path.open(encoding="utf-8", newline="") as file:
         header, *rows = csv.reader(file)
-    assert header == ["frequency_hz", f"re {dof} <- {dof}", f"im {dof} <- {dof}"]
+    name = f"{quantity} {dof} <- {dof} ({unit})"
+    assert header == ["frequency_hz", f"re {name}", f"im {name}"]
+    assert len(rows) == 400
     frequency, real, imaginary = np.array(rows, dtype=float).T
     system = multibody.drivetrain_system(paper())
     expected = direct_frf(system, frequency, [dof], [dof]).to(quantity).between(dof, dof)
@@ -137,6 +146,65 @@ def test_frf_pictures(ending: str, tmp_path: Path) -> None:
     arguments = ["--response", dof, "--excitation", dof, "--output", str(path)]
     assert call("frf", "paper", *arguments, *BAND) == 0
     assert path.stat().st_size > 1000
+
+
+@pytest.mark.parametrize("ending", [".NPZ", ".Csv", ".UFF", ".PNG"])
+def test_endings_in_capitals(ending: str, tmp_path: Path) -> None:
+    assert call("frf", "paper", *DOFS, "--output", str(tmp_path / f"frf{ending}"), *BAND) == 0
+    assert [path.name for path in tmp_path.iterdir()] == [f"frf{ending}"]
+
+
+UNWRITABLE = {
+    "read-only": ("ro/frf.npz", "Permission denied"),
+    "proc": ("/proc/frf.npz", "No such file or directory"),
+    "long name": (f"{'x' * 300}.npz", "File name too long"),
+    "below a file": ("file/frf.npz", "the directory does not exist"),
+    "directory": ("taken.npz", "is a directory"),
+}
+
+
+@pytest.mark.parametrize("kind", UNWRITABLE)
+def test_an_output_that_cannot_be_written_is_told_first(
+    kind: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    if kind == "proc" and not Path("/proc/self").exists():
+        pytest.skip("there is no /proc")
+    monkeypatch.chdir(tmp_path)
+    Path("file").touch()
+    Path("taken.npz").mkdir()
+    Path("ro").mkdir(mode=0o555)
+    if kind == "read-only" and os.access("ro", os.W_OK):
+        pytest.skip("nothing is read-only for this user")
+
+    def computed(*_: object) -> None:
+        raise AssertionError("computed before the file was looked at")
+
+    monkeypatch.setattr("validation.routes.frf_by_name", computed)
+    output, words = UNWRITABLE[kind]
+    assert call("frf", *DOFS, "--output", output) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert f"--output = {output}: " in error
+    assert words in error
+
+
+def test_a_failure_while_writing_leaves_the_earlier_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "frf.npz"
+    path.write_text("earlier", encoding="utf-8")
+
+    def full(*_: object, **__: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(np, "savez_compressed", full)
+    assert call("frf", *DOFS, "--output", str(path), *BAND) == 2
+    assert f"{path}: cannot be written: No space left" in capsys.readouterr().err
+    assert path.read_text(encoding="utf-8") == "earlier"
+    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_frf_on_the_screen(capsys: pytest.CaptureFixture[str]) -> None:

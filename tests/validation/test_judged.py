@@ -97,21 +97,30 @@ def test_an_orbit_that_does_not_close_is_told_on_the_screen(
 def test_simulate_says_on_how_much_of_the_band_it_rests(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    asked = ("--excitation", "multisine@reducer.pinion.w:fmin=10,fmax=4000,df=10")
-    assert call("simulate", "paper", *asked, "--response", W, "--out", str(tmp_path)) == 0
-    printed = capsys.readouterr().out
+    """The sun's v, which u hardly moves, is lost in round-off above 1.4 kHz."""
+    assert call("simulate", "wind-turbine", "--out", str(tmp_path)) == 0
+    printed = " ".join(capsys.readouterr().out.split())
     found = json.loads((tmp_path / "simulation.json").read_text(encoding="utf-8"))
     html = (tmp_path / "simulation.html").read_text(encoding="utf-8")
     (frfs,) = found["frfs"]
-    ((share,),) = frfs["judged_share"]
-    assert share < 0.1  # 80 dB below 10 Hz: beyond a few hundred Hz nothing is judged
-    place = f"of the band at {W} ← reducer.pinion.w ("
-    assert place in frfs["judged"]
+    shares = np.array(frfs["judged_share"])[:, 0]
+    assert 0.0 < shares.min() < 0.5 < shares.mean() < 1.0
+    place = f"{frfs['responses'][int(shares.argmin())]} ← {frfs['excitations'][0]} ("
+    assert f"on less than half of the band at {place}" in frfs["judged"]
     assert place in printed
     assert place in html
-    assert f"on the lines judged, {100 * share:.2g} % of all" in found["verdict"]
+    assert f"on the lines judged, {100 * shares.mean():.0f} % of all" in found["verdict"]
     assert found["verdict"] in html
+    assert "where the periods of the steady state scatter by less than 0.1 %" in html
     assert [check["note"] for check in found["checks"]] == [frfs["judged"]] * 2
+
+
+def test_a_steady_state_of_a_free_drivetrain_is_judged_on_every_line(tmp_path: Path) -> None:
+    """Down to 200 dB below the rise towards 0 Hz; measured 1e-3 dB there."""
+    assert call("simulate", "paper", "--out", str(tmp_path)) == 0
+    (frfs,) = json.loads((tmp_path / "simulation.json").read_text(encoding="utf-8"))["frfs"]
+    assert np.min(frfs["judged_share"]) > 0.99
+    assert np.max(frfs["worst_db"]) < 1e-2
 
 
 def test_simulate_judges_all_lines_of_a_held_stage_and_says_so(tmp_path: Path) -> None:

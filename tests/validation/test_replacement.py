@@ -24,6 +24,7 @@ from validation.replacement import interface_labels, read_replacements
 from validation.replacement_checks import where
 from validation.report.results_json import results_document
 from validation.results import Band, Swap
+from validation.swap import headline
 
 
 def call(*arguments: str) -> int:
@@ -102,7 +103,9 @@ def test_what_frf_writes_run_reads(
     assert results["swap"]["changes"] is False
     assert results["swap"]["worst"]["scaled_error"] < (1e-9 if ending == ".npz" else 1e-6)
     assert results["band_hz"] == {"fmin": 20.0, "fmax": 4000.0, "df": 20.0}
-    assert "the swap (planetary from" in results["verdict"]
+    # The tick is the model's own routes'; the swap has a headline of its own.
+    assert results["verdict"] == "All routes agree on the model before the swap"
+    assert "the swap (planetary from" in results["swap"]["headline"]
     html = (out / "report.html").read_text(encoding="utf-8")
     assert '<h2 id="swap">' in html
     assert "planetary alone" in html
@@ -219,9 +222,32 @@ def test_findings_leave_the_exit_code_at_0(
     assert call("run", model_file, "--replace", f"planetary={path}", "--out", str(out)) == 0
     printed = capsys.readouterr().out
     assert "All routes agree" in printed
-    assert "The swap (planetary from softer.npz) changes FRFs: up to −" in printed
-    assert "Hz at planetary.sun.u; resonances move by up to −4.6 %" in printed
+    assert "The swap (planetary from softer.npz) changes FRFs by up to " in printed
+    assert "; resonances move by up to −4.6 %" in printed
     assert "planetary alone at coupling.w" in printed
+
+
+def test_the_headline_is_of_no_antiresonance_and_of_no_move_below_the_lines(tmp_path: Path) -> None:
+    """An FRF 10 % up between resonances: the scaled error tells it, no peak goes anywhere."""
+    values = stage_frf(DAMPED).values.copy()
+    between = np.abs(FREQUENCY - 400.0) <= 20.0  # no mode of this drivetrain, 42 to 727 Hz
+    values[between] *= 1.1
+    found = swap(DAMPED, f"planetary={save(tmp_path / 'x.npz', stage_frf(DAMPED), values=values)}")
+    largest = found.comparison.line_max.max()
+    at, response, excitation = found.comparison.worst
+    assert headline(found) == (
+        f"the swap (planetary from x.npz) changes FRFs by up to {largest:.2g} (scaled error) at "
+        f"{at:.6g} Hz, {response} ← {excitation}; resonances stay"
+    )
+
+
+def test_the_headline_says_that_a_file_is_warned_of(tmp_path: Path) -> None:
+    frf = stage_frf(DAMPED)
+    values = frf.values.copy()
+    values[:, frf.responses.index("coupling.w"), frf.excitations.index("planetary.sun.w")] *= 1.2
+    found = swap(DAMPED, f"planetary={save(tmp_path / 'x.npz', frf, values=values)}")
+    assert "not reciprocal" in found.replacements[0].warnings[0]
+    assert headline(found).startswith("the swap (planetary from x.npz, warned of) changes FRFs")
 
 
 def test_dofs_the_file_lacks_are_left_out_and_said(tmp_path: Path) -> None:
@@ -282,7 +308,9 @@ def test_an_active_drive_point_is_warned_of_with_its_band(
     given = f"planetary={tmp_path / 'odd.npz'}"
     assert call("run", model_file, "--replace", given, "--out", str(out)) == 0
     assert f"warning: {warning}" in capsys.readouterr().err
-    assert "not passive" in (out / "report.html").read_text(encoding="utf-8")
+    html = (out / "report.html").read_text(encoding="utf-8")
+    section = html[html.index('<h2 id="swap">') : html.index("FRFs before and after")]
+    assert "not passive, Re(mobility) &lt; −5 % of it" in section
 
 
 def test_noise_is_no_activity(tmp_path: Path) -> None:
@@ -297,7 +325,7 @@ def test_frfs_that_are_not_reciprocal_are_warned_of(tmp_path: Path) -> None:
         values[:, 0, 1] *= 1.2
 
     (warning,) = odd(tmp_path, change)
-    assert "not reciprocal" in warning
+    assert "not reciprocal, |H_ij − H_ji| beyond 5 % of √(h_i h_j)" in warning
     assert "coupling.w and planetary.sun.w" in warning
 
 

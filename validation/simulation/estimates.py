@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
 from scipy.special import stdtrit
 
 from fbs import Estimate, Frf, Quantity, Record, averaged_frf, impulse_frf, periodic_frf
@@ -40,6 +41,7 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 ComplexArray = NDArray[np.complex128]
 
+AVERAGED = ("H1", "H2", "Hv")
 ROUTE = "exudyn in time"
 FBS = "FBS of exudyn stages"
 
@@ -56,6 +58,9 @@ REASON = (
 # ratio is Student's t of 2(n − n_inputs) degrees of freedom: one run in so many has a single line
 # beyond what is allowed.
 ONE_RUN_IN = 1000.0
+# A steady state's periods differ by round-off alone, in accelerations as much at one line as at the
+# next: the largest scatter of so many lines is what any of them may have. A tenth of 0.1 dB.
+NEIGHBOURS, KNOWN_TO = 21, 1e-3
 LOST = 0.5  # of |H|: where an estimate may scatter by more it says nothing, and is not compared
 # What is left of a response at the end of a record that is transformed whole, of its peak: cut
 # off, it would leak by as much.
@@ -73,8 +78,7 @@ class EstimatedFrfs:
     reference
         The same FRFs by FBS.
     compared
-        (n_line, n_response, n_excitation) lines within 80 dB of each FRF's peak, where an averaged
-        estimate scatters by less than half of it.
+        (n_line, n_response, n_excitation) lines judged, by the `rule`.
     allowed_db
         (n_line, n_response, n_excitation) the tolerance, with the estimator's own scatter.
     """
@@ -90,6 +94,22 @@ class EstimatedFrfs:
         frf = self.reference
         names = [f"{i} ← {j}" for i in frf.responses for j in frf.excitations]
         return judged(names, frf.frequency, self.compared.reshape(len(frf.frequency), -1))
+
+    @property
+    def rule(self) -> str:
+        """Which lines are judged."""
+        words = (
+            f"A line is judged within {DYNAMIC_RANGE_DB:g} dB of its FRF’s own peak, which in a "
+            "free drivetrain is the rise towards 0 Hz"
+        )
+        if _known_by_scatter(self.estimate) is not None:
+            words += (
+                "; and below, where the periods of the steady state scatter by less than "
+                f"{100.0 * KNOWN_TO:g} % of it, there and on the lines about it"
+            )
+        if self.estimate.kind in AVERAGED:
+            words += ", and where the estimate scatters by less than half of it"
+        return words
 
     @property
     def decibels(self) -> FloatArray:
@@ -224,7 +244,11 @@ def unbent(estimate: Estimate, integrator: Integrator) -> Estimate:
     if integrator.name == TRAPEZOIDAL:
         half = np.pi * integrator.step
         frf = replace(frf, frequency=np.tan(half * frf.frequency) / half)
-    return replace(estimate, frf=frf.to(Quantity.RECEPTANCE))
+    variance = estimate.variance
+    if variance is not None:
+        factor = (2.0 * np.pi * frf.frequency) ** (-2 * frf.quantity.derivative)
+        variance = variance * factor[:, None, None]
+    return replace(estimate, frf=frf.to(Quantity.RECEPTANCE), variance=variance)
 
 
 def compare_with_fbs(
@@ -248,16 +272,32 @@ def compare_with_fbs(
     peak = size.max(axis=0)
     # What symmetry keeps still is zero: what moves it is not linear.
     responding = peak > ZERO * peak.max(axis=0)
-    compared = responding & (size >= peak * 10.0 ** (-DYNAMIC_RANGE_DB / 20.0))
+    known = size >= peak * 10.0 ** (-DYNAMIC_RANGE_DB / 20.0)
+    quiet = _known_by_scatter(estimate)
+    if quiet is not None:  # or else: what is not linear makes periods differ as well
+        known = known | quiet
     scatter = _scatter(
         estimate, reference.values, np.ones(len(frf.excitations)) if power is None else power
     )
     return EstimatedFrfs(
         estimate,
         reference,
-        compared & (scatter < LOST),
+        responding & known & (scatter < LOST),
         np.asarray(DECIBEL_TOLERANCE + 20.0 / np.log(10.0) * scatter),
     )
+
+
+def _known_by_scatter(estimate: Estimate) -> BoolArray | None:
+    """Where the periods of a steady state differ by less than `KNOWN_TO`; None of other estimates.
+
+    (n_line, n_response, n_excitation), of a receptance.
+    """
+    if estimate.kind != "periodic" or estimate.variance is None:
+        return None
+    square = (2.0 * np.pi * estimate.frf.frequency[:, None, None]) ** 2
+    scatter = np.sqrt(estimate.variance) * square
+    floor = maximum_filter1d(scatter, NEIGHBOURS, axis=0, mode="nearest") / square
+    return np.asarray(floor <= KNOWN_TO * np.abs(estimate.frf.values))
 
 
 def _by_fbs(frf: Frf, drivetrain: Drivetrain) -> ComplexArray:
@@ -274,7 +314,7 @@ def _by_fbs(frf: Frf, drivetrain: Drivetrain) -> ComplexArray:
 
 def _scatter(estimate: Estimate, reference: ComplexArray, power: FloatArray) -> FloatArray:
     """What an averaged estimate may scatter by, relative; 0 of others (n_line, n_resp., n_exc.)."""
-    if estimate.kind not in ("H1", "H2", "Hv") or estimate.coherence is None:
+    if estimate.kind not in AVERAGED or estimate.coherence is None:
         return np.zeros(reference.shape)
     tiny, n = np.finfo(float).tiny, estimate.n_averages
     coherence = np.maximum(estimate.coherence, tiny)[:, :, None]
@@ -299,7 +339,7 @@ def estimate_checks(found: EstimatedFrfs) -> list[Check]:
     share = found.allowed_db / DECIBEL_TOLERANCE
     magnitude, phase = found.decibels / share, found.degrees / share
     reason = REASON
-    if found.estimate.kind in ("H1", "H2", "Hv"):
+    if found.estimate.kind in AVERAGED:
         reason += (
             "; an averaged estimate is allowed the scatter that its coherence explains on top, as "
             f"one run in {ONE_RUN_IN:g} has it on a single line"
