@@ -46,7 +46,7 @@ def exit_code(app: typer.Typer, arguments: Sequence[str]) -> int:
             BAD_INPUT,
             f"{PROGRAM}: not enough memory{why}; give a larger --df, a narrower band or fewer DoFs",
         )
-    except Exception as error:
+    except Exception as error:  # whatever else there is, named as ours
         return _fault(error)
     return code
 
