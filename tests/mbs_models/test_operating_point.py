@@ -300,12 +300,14 @@ def test_any_drivetrain_starts_in_equilibrium(drivetrain: Drivetrain, data: st.D
     try:
         point = operating_point(model, torque=0.1)
     except ModelError as error:
-        # the last two are one tree in a thousand: 1 N moves it by metres, or a gap is nearly closed
-        if re.search("turn in one way only|does not turn with the input|twist decides", str(error)):
+        if re.search("turn in one way only|does not turn with the input", str(error)):
             return
+        # one tree in a thousand each: 1 N moves it by metres, or a gap is about to close
         if "too large for small rotations" in str(error) and nearly_a_mechanism(model):
             return
-        raise
+        if "twist decides" not in str(error):
+            raise
+        point = operating_point(model, torque=1e-3)  # which hardly twists
     system = build_drivetrain(model, point.laws)
     forces, tensions = spring_forces(system, point.displacement)
     loads = {load.dof: load.signal.force for load in point.loads}

@@ -194,5 +194,5 @@ def test_frf_holds_no_more_than_is_counted(
 def test_run_holds_no_more_than_is_counted(tmp_path: Path) -> None:
     arguments = ["run", "--no-time", "--out", str(tmp_path), "--fmax", "6000", "--df"]
     peak(*arguments, "10")  # what is imported stays
-    few, many = (peak(*arguments, df) for df in ("1", "0.5"))  # blocks of lines are full
-    assert many - few <= memory.run_bytes(load("paper")) * 6000
+    # all it holds, not its growth: when garbage is collected moves a peak by some 15 MB
+    assert peak(*arguments, "0.25") <= memory.run_bytes(load("paper")) * 24000
