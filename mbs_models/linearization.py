@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .drivetrain import MultibodySystem
+from .interrupts import interrupts_held
 
 Matrix = NDArray[np.float64]
 
@@ -46,7 +47,8 @@ def linearize(system: MultibodySystem) -> LinearizedSystem:
     exudyn's own projection into the constraints' nullspace permutes coordinates; T keeps the
     labels instead: locked coordinates have no column, welded ones share one.
     """
-    mass, stiffness, damping = system.mbs.ComputeLinearizedSystem()
+    with interrupts_held(system.mbs):
+        mass, stiffness, damping = system.mbs.ComputeLinearizedSystem()
     transform = coordinate_transform(system)
 
     def in_labels(matrix: Matrix) -> Matrix:

@@ -9,8 +9,7 @@ of a stored run it stays at 105 MB from the second on, within 5 MB up and down, 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -45,6 +44,7 @@ from .integration.probes import (
 from .integration.run_store import Checkpoint, State, open_store, start
 from .integration.start_acceleration import acceleration_of_forces, without_fast_modes
 from .integration.transient_record import MOTIONS, QUANTITIES, RunDescription, TransientRecord
+from .interrupts import interrupts_held
 from .linearization import coordinate_transform, linearize
 from .signals.lines import Signal
 
@@ -229,7 +229,7 @@ class _Run:
         integration.newton.useModifiedNewton = not self.system.has_backlash
         _set_state(self.system, state)
         try:
-            with _interruptible():
+            with interrupts_held(self.mbs):
                 self.mbs.SolveDynamic(settings, solverType=SOLVERS[self.integrator.name])
         except exu.SolverError:
             done = len(self._sensors.read(self._sensors.derivatives[0]))
@@ -242,7 +242,7 @@ class _Run:
     def _with_acceleration(self, state: State) -> State:
         """The state with the acceleration that the run starts with."""
         _set_state(self.system, state)
-        with _interruptible():
+        with interrupts_held(self.mbs):
             found = acceleration_of_forces(self.system)
         if self.integrator.name == TRAPEZOIDAL:
             found = without_fast_modes(self.system, self._linear, found, self.integrator.step)
@@ -305,17 +305,6 @@ class _Run:
 
     def _words(self) -> str:
         return f"{self.integrator.name}, h = {self.integrator.step:.3g} s"
-
-
-@contextmanager
-def _interruptible() -> Iterator[None]:
-    """Ctrl-C in a load or a force law, of which exudyn makes an error of its own, is one."""
-    try:
-        yield
-    except exu.ExudynError as error:
-        if "KeyboardInterrupt" in str(error):
-            raise KeyboardInterrupt from None
-        raise
 
 
 class _Loads:
@@ -444,7 +433,8 @@ def _reading(system: MultibodySystem, labels: Sequence[str]) -> FloatArray:
 
 def _round_off_force(system: MultibodySystem) -> float:
     """ε‖|K||x|‖, x exudyn's reference coordinates: what the springs' forces are known to (N)."""
-    _, stiffness, _ = system.mbs.ComputeLinearizedSystem()
+    with interrupts_held(system.mbs):
+        _, stiffness, _ = system.mbs.ComputeLinearizedSystem()
     data = system.mbs.systemData
     position = data.GetODE2CoordinatesTotal(exu.ConfigurationType.Reference)
     return float(np.finfo(float).eps * np.linalg.norm(np.abs(stiffness) @ np.abs(position)))

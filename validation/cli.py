@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from .errors import CommandError
-from .exit_codes import BAD_INPUT, INTERRUPTED, exit_code
+from .exit_codes import BAD_INPUT, exit_code
 
 app = typer.Typer(
     name="crosscheck",
@@ -338,8 +338,7 @@ def sweep(
     if pair is not None:
         require_memory(lines, BYTES_PER_SWEPT_LINE, "the sweep's FRF")
     todo = task(drivetrain, samples_of, lines, pair, n_modes, route, metric or (), streamed=stream)
-    if not carry_out(drivetrain, todo, samples_of, out, workers, executor, streamed=stream):
-        raise typer.Exit(INTERRUPTED)
+    carry_out(drivetrain, todo, samples_of, out, workers, executor, streamed=stream)
 
 
 @app.command()
@@ -403,16 +402,7 @@ def simulate(
         out=out,
         save=tuple(save or ()),
     )
-    try:
-        found = carry_out(options)
-    except KeyboardInterrupt:
-        print(
-            f"crosscheck: interrupted; what has been run is kept in {out}, and the same command "
-            "goes on from there",
-            file=sys.stderr,
-        )
-        raise typer.Exit(INTERRUPTED) from None
-    if not found.agrees:
+    if not carry_out(options).agrees:
         raise typer.Exit(1)
 
 

@@ -1,7 +1,7 @@
 """How a command line ends: an exit code, and one message on standard error where it fails.
 
-Commands themselves end with 0 (agreed or done), 1 (a disagreement) or 130 where an interrupted one
-has something to say. Whatever else happens must never look like one of the first two.
+Commands themselves end with 0 (agreed or done) or 1 (a disagreement). Whatever else happens must
+never look like one of these.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from typing import Any, cast
 import typer
 
 from .errors import CommandError
+from .interruption import Interrupted, on_interrupt, unheard_interrupts_again
 
 PROGRAM = "crosscheck"
 BAD_INPUT = 2
@@ -28,12 +29,13 @@ USAGE_ERROR = cast("type[Exception]", typer.BadParameter.__bases__[0])
 def exit_code(app: typer.Typer, arguments: Sequence[str]) -> int:
     """Run a command line; what it raises becomes a message and an exit code."""
     try:
-        code = _invoke(app, arguments)
-        sys.stdout.flush()
+        with unheard_interrupts_again(), on_interrupt("no file was left half written"):
+            code = _invoke(app, arguments)
+            sys.stdout.flush()
     except USAGE_ERROR as error:
         return _told(BAD_INPUT, usage_message(error, arguments))
-    except KeyboardInterrupt:
-        return _told(INTERRUPTED, f"{PROGRAM}: interrupted; nothing was written")
+    except Interrupted as interrupt:
+        return _told(INTERRUPTED, f"{PROGRAM}: interrupted; {interrupt}")
     except BrokenPipeError:
         return _reader_gone()
     except SystemExit as error:  # no command ends so; rich does, with 1, where nobody reads on

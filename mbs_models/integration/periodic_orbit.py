@@ -21,6 +21,7 @@ from scipy.linalg import eigh
 from ..drivetrain import build_drivetrain
 from ..errors import OrbitError
 from ..excitation import Excitation
+from ..interrupts import interrupts_held
 from ..linearization import LinearizedSystem, coordinate_transform, linearize
 from ..mode_kinds import rigid_body_count
 from ..parameters import Drivetrain
@@ -218,9 +219,11 @@ class _Runner:
         data = self.system.mbs.systemData
         data.SetODE2Coordinates((self.transform @ start[0]).tolist(), INITIAL)
         data.SetODE2Coordinates_t((self.transform @ start[1]).tolist(), INITIAL)
-        self.system.mbs.SolveDynamic(
-            _settings(self.steps, self.step), solverType=exu.DynamicSolverType.TrapezoidalIndex2
-        )
+        settings = _settings(self.steps, self.step)
+        with interrupts_held(self.system.mbs):
+            self.system.mbs.SolveDynamic(
+                settings, solverType=exu.DynamicSolverType.TrapezoidalIndex2
+            )
         displacement, velocity = (self._read(kind) for kind in range(2))
         if not (np.isfinite(displacement).all() and np.isfinite(velocity).all()):
             raise OrbitError(

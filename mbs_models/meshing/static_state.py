@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from ..components import Components, Spring, SpringKind
 from ..drivetrain import MultibodySystem
 from ..errors import ModelError
+from ..interrupts import interrupts_held
 from ..linearization import LinearizedSystem, coordinate_transform, linearize
 from ..orders import free_motions
 from .mesh_excitation import MeshLaw
@@ -326,7 +327,7 @@ def spring_forces(
     settings.solution.file.write = False
     settings.staticSolver.verboseMode = 0
     solver: Any = exu.MainSolverStatic()
-    with _placed(system, motion):
+    with interrupts_held(mbs), _placed(system, motion):
         solver.InitializeSolver(mbs, settings)
         solver.ComputeODE2RHS(mbs)
         forces = np.asarray(solver.GetSystemResidual())[: len(transform)]

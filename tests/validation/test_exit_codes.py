@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import time
 
 import pytest
 
@@ -71,7 +72,41 @@ def test_an_interruption_is_told(
 ) -> None:
     raising(monkeypatch, KeyboardInterrupt())
     assert call(*COMMANDS[command]) == exit_codes.INTERRUPTED
-    assert capsys.readouterr().err == "crosscheck: interrupted; nothing was written\n"
+    assert capsys.readouterr().err == "crosscheck: interrupted; no file was left half written\n"
+
+
+def test_an_interruption_that_c_code_made_an_error_of_is_told(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As an extension module does whose import is interrupted."""
+    error = ImportError("initialization failed")
+    error.__cause__ = SystemError("a result with an exception set")
+    error.__cause__.__cause__ = KeyboardInterrupt()
+    raising(monkeypatch, error)
+    assert call("modes") == exit_codes.INTERRUPTED
+    assert capsys.readouterr().err == "crosscheck: interrupted; no file was left half written\n"
+
+
+def test_an_interruption_that_python_dropped_comes_again(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What a destructor raises is told to sys.unraisablehook, and ignored."""
+
+    class Dropped:
+        def __del__(self) -> None:
+            raise KeyboardInterrupt
+
+    def load(model: str) -> None:
+        Dropped()
+        patience = time.monotonic() + 10.0
+        while time.monotonic() < patience:
+            time.sleep(0.01)
+
+    hook = sys.unraisablehook
+    monkeypatch.setattr("mbs_models.model_file.load", load)
+    assert call("modes") == exit_codes.INTERRUPTED
+    assert sys.unraisablehook is hook
+    assert capsys.readouterr().err == "crosscheck: interrupted; no file was left half written\n"
 
 
 def test_an_interrupted_paper_is_told(
@@ -85,7 +120,7 @@ def test_an_interrupted_paper_is_told(
     monkeypatch.setattr("validation.paper.paper_study", study)
     out = tmp_path_factory.mktemp("paper")
     assert call("paper", "--out", str(out)) == exit_codes.INTERRUPTED
-    assert "crosscheck: interrupted; nothing was written\n" in capsys.readouterr().err
+    assert "crosscheck: interrupted; no file was left half written\n" in capsys.readouterr().err
     assert list(out.iterdir()) == []
 
 

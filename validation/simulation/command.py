@@ -11,6 +11,7 @@ from mbs_models.time_integration import SimulationError
 
 from .. import screen
 from ..errors import CommandError
+from ..interruption import on_interrupt
 from ..report.files import make_directory
 from .output import FORMATS, remove_pieces, write_simulation
 from .requested import excitations_asked, levels_asked
@@ -48,8 +49,8 @@ def carry_out(options: Options) -> Simulation:
     ------
     ModelError, FbsError, CommandError
         Bad input; nothing is written then.
-    KeyboardInterrupt
-        The run was interrupted; the same command goes on.
+    Interrupted
+        By Ctrl-C; the same command goes on from the pieces run.
     """
     for name in options.save:
         if name not in FORMATS:
@@ -79,13 +80,16 @@ def carry_out(options: Options) -> Simulation:
     with screen.progress() as progress:
         planned = PlannedRun(drivetrain, request, store, progress)
         make_directory(options.out)
-        try:
-            found = planned.simulation()
-            progress("writing the report", 0, 1)
-            written = write_simulation(found, options.out, options.save)
-        except SimulationError:  # it would end the same way again
-            remove_pieces(store)
-            raise
+        with on_interrupt(
+            f"what has been run is kept in {options.out}, and the same command goes on from there"
+        ):
+            try:
+                found = planned.simulation()
+                progress("writing the report", 0, 1)
+                written = write_simulation(found, options.out, options.save)
+            except SimulationError:  # it would end the same way again
+                remove_pieces(store)
+                raise
         remove_pieces(store)
         progress("writing the report", 1, 1)
     screen.warn(found.warnings)

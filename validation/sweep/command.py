@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 from mbs_models.parameters import Drivetrain
 
 from .. import screen
 from ..errors import CommandError
+from ..interruption import on_interrupt
 from ..report.provenance import provenance
 from .executors import opened
 from .figures import pictures
@@ -16,7 +16,7 @@ from .output import Pieces, Sweep, make_directory, write_sweep
 from .parameters import Design
 from .report import sweep_html
 from .run import processes_worth, sweep
-from .task import Task
+from .task import Outcome, Task
 from .words import conclusions, failures, hints
 
 MOST_FAILURES = 5  # told one by one
@@ -31,8 +31,8 @@ def carry_out(
     executor: str | None = None,
     *,
     streamed: bool = False,
-) -> bool:
-    """Compute a sweep and write its results; False if it was interrupted.
+) -> None:
+    """Compute a sweep and write its results.
 
     Parameters
     ----------
@@ -51,39 +51,49 @@ def carry_out(
     ------
     CommandError
         All samples failed, the results cannot be written, or the executor cannot be reached.
+    Interrupted
+        By Ctrl-C; the same command goes on from the pieces computed.
     """
     make_directory(out)
     pieces = Pieces.of(task, design.samples, out, streamed=streamed)
-    shape = len(design.samples), task.n_lines
-    worth = processes_worth(task, design.samples)
-    try:
-        with opened(executor, workers, worth) as crew, screen.progress() as progress:
-            screen.warn(crew.warnings)
-            outcome = sweep(
-                task,
-                design.samples,
-                crew,
-                pieces,
-                progress,
-                lambda text: screen.warn([text]),
-                pieces.magnitude(shape) if streamed else None,
-            )
-    except KeyboardInterrupt:
-        print(f"crosscheck: interrupted; the same command goes on from {out}", file=sys.stderr)
-        return False
-    result = Sweep(drivetrain.name, task, design, outcome)
-    failed = failures(result, MOST_FAILURES)
-    if not outcome.ok.any():
-        pieces.clear()
-        raise CommandError(f"all {len(outcome.status)} samples failed; {failed[0]}")
-    screen.warn((*failed, *hints(result, drivetrain)))
-    drawn = pictures(result)
-    texts = {
-        "sweep.html": sweep_html(result, drivetrain, drawn, provenance()),
-        **{picture.file: picture.text for picture in drawn},
-    }
-    written = write_sweep(result, out, texts, pieces.magnitude_file if streamed else None)
+    with on_interrupt(f"the same command goes on from {out}"):
+        outcome = _outcome(task, design, pieces, workers, executor, streamed=streamed)
+        result = Sweep(drivetrain.name, task, design, outcome)
+        failed = failures(result, MOST_FAILURES)
+        if not outcome.ok.any():
+            pieces.clear()
+            raise CommandError(f"all {len(outcome.status)} samples failed; {failed[0]}")
+        screen.warn((*failed, *hints(result, drivetrain)))
+        drawn = pictures(result)
+        texts = {
+            "sweep.html": sweep_html(result, drivetrain, drawn, provenance()),
+            **{picture.file: picture.text for picture in drawn},
+        }
+        written = write_sweep(result, out, texts, pieces.magnitude_file if streamed else None)
     pieces.clear()
     print("\n".join(conclusions(result)))
     print(f"Results: {', '.join(map(str, written))}")
-    return True
+
+
+def _outcome(
+    task: Task,
+    design: Design,
+    pieces: Pieces,
+    workers: int | None,
+    executor: str | None,
+    *,
+    streamed: bool,
+) -> Outcome:
+    worth = processes_worth(task, design.samples)
+    magnitude = pieces.magnitude((len(design.samples), task.n_lines)) if streamed else None
+    with opened(executor, workers, worth) as crew, screen.progress() as progress:
+        screen.warn(crew.warnings)
+        return sweep(
+            task,
+            design.samples,
+            crew,
+            pieces,
+            progress,
+            lambda text: screen.warn([text]),
+            magnitude,
+        )
