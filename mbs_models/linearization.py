@@ -63,6 +63,14 @@ def linearize(system: MultibodySystem) -> LinearizedSystem:
     )
 
 
+def round_off_force(system: MultibodySystem) -> float:
+    """ε‖|K||x|‖, x exudyn's reference coordinates: what the springs' forces are known to (N)."""
+    with interrupts_held(system.mbs):
+        _, stiffness, _ = system.mbs.ComputeLinearizedSystem()
+    position = system.mbs.systemData.GetODE2CoordinatesTotal(exu.ConfigurationType.Reference)
+    return float(np.finfo(float).eps * np.linalg.norm(np.abs(stiffness) @ np.abs(position)))
+
+
 def coordinate_transform(system: MultibodySystem) -> Matrix:
     """T, (exudyn coordinates × DoFs): the one place where labels meet exudyn's coordinates."""
     n_coordinates = len(system.mbs.systemData.GetODE2Coordinates(exu.ConfigurationType.Initial))

@@ -45,7 +45,7 @@ from .integration.run_store import Checkpoint, State, open_store, start
 from .integration.start_acceleration import acceleration_of_forces, without_fast_modes
 from .integration.transient_record import MOTIONS, QUANTITIES, RunDescription, TransientRecord
 from .interrupts import interrupts_held
-from .linearization import coordinate_transform, linearize
+from .linearization import coordinate_transform, linearize, round_off_force
 from .signals.lines import Signal
 
 FloatArray = NDArray[np.float64]
@@ -175,7 +175,7 @@ class _Run:
         self.labels = self.dofs if responses is None else tuple(responses)
         self._reading = _reading(system, self.labels)
         self._linear = linearize(system)
-        self._round_off = _round_off_force(system)
+        self._round_off = round_off_force(system)
         per_step = INSTANTS_PER_STEP[integrator.name]
         self.loads = _Loads(system, excitations, self._step_rate, per_step)
         derivatives = [MOTIONS.index(what) for what in recorded if what in MOTIONS]
@@ -429,15 +429,6 @@ def _reading(system: MultibodySystem, labels: Sequence[str]) -> FloatArray:
     index = {dof.label: column for column, dof in enumerate(system.dofs)}
     columns = [leader(system, label, "response") for label in labels]
     return np.stack([ratio * reading[:, index[dof]] for dof, ratio in columns], axis=1)
-
-
-def _round_off_force(system: MultibodySystem) -> float:
-    """ε‖|K||x|‖, x exudyn's reference coordinates: what the springs' forces are known to (N)."""
-    with interrupts_held(system.mbs):
-        _, stiffness, _ = system.mbs.ComputeLinearizedSystem()
-    data = system.mbs.systemData
-    position = data.GetODE2CoordinatesTotal(exu.ConfigurationType.Reference)
-    return float(np.finfo(float).eps * np.linalg.norm(np.abs(stiffness) @ np.abs(position)))
 
 
 def _items(system: MultibodySystem) -> list[Any]:

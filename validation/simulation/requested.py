@@ -7,7 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from mbs_models.drivetrain import build_drivetrain
 from mbs_models.excitation import Excitation, excitations_of
+from mbs_models.linearization import round_off_force
 from mbs_models.parameters import Drivetrain
 from mbs_models.signals.lines import Multisine, Signal
 
@@ -19,7 +21,10 @@ from ..time_domain import even_amplitudes, with_damping
 # The excitation of a run that names none: lines at odd multiples of 5 Hz up to 4 kHz. Geometry's
 # even-order share falls between them, on the even ones.
 SPACING, HIGHEST = 5.0, 4000.0
-DISPLACEMENT = 1e-8  # m at each line of the DoF that moves most: geometry is linear there
+# m at each line of the DoF that moves most: geometry is linear at the first. Where a line's force
+# would not stand out of the round-off of the springs' own, it is more, up to the second.
+DISPLACEMENT, MOST_DISPLACEMENT = 1e-8, 1e-6
+ABOVE_ROUND_OFF = 100.0
 
 
 def excitations_asked(
@@ -65,12 +70,17 @@ def excitations_asked(
 
 
 def default_excitation(drivetrain: Drivetrain) -> Excitation[Multisine]:
-    """A multisine at the first DoF under which every line moves the drivetrain alike."""
+    """A multisine at the first DoF under which every line moves the drivetrain alike.
+
+    As gently as round-off lets, since geometry is linear in small motions only.
+    """
     system = build_model(exudyn_source(), with_damping(drivetrain)).whole
     dof = system.dofs[0]
     harmonics = np.arange(1, round(HIGHEST / SPACING) + 1, 2)
     order = np.arange(len(harmonics))
     amplitudes = even_amplitudes(system, dof, np.asarray(SPACING * harmonics), DISPLACEMENT)
+    least = ABOVE_ROUND_OFF * round_off_force(build_drivetrain(drivetrain))
+    amplitudes *= np.clip(least / amplitudes.min(), 1.0, MOST_DISPLACEMENT / DISPLACEMENT)
     phases = -np.pi * order * (order - 1) / len(order)  # Schroeder's
     return Excitation(dof, Multisine(1.0 / SPACING, harmonics, amplitudes, phases))
 

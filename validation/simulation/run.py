@@ -229,7 +229,7 @@ class PlannedRun:
         )
 
     def _hints(self, checks: tuple[Check, ...]) -> tuple[str, ...]:
-        """Whether a disagreement is geometry's: its share falls with the force."""
+        """What a tenth of the force makes of a disagreement."""
         if all(check.agrees for check in checks) or self.request.levels:
             return ()
         if len(self.request.excitations) > 1 or not isinstance(
@@ -246,10 +246,15 @@ class PlannedRun:
                 f"{here:.2g} dB: at this level the drivetrain is not linear, and FBS does not "
                 "apply to every line.",
             )
+        if lower > here * 2.0:
+            return (
+                f"At a tenth of the force the largest difference is {lower:.2g} dB, more than "
+                f"{here:.2g} dB: this is round-off of the springs' forces. Excite harder.",
+            )
         return (
-            f"At a tenth of the force the largest difference is {lower:.2g} dB, no less than half "
-            "of it: it is not geometry. Either the routes differ, or the force is so small that "
-            "round-off shows.",
+            f"At a tenth of the force the largest difference is {lower:.2g} dB, much the same: it "
+            "is neither geometry nor round-off. Either the routes differ, or the record has more "
+            "in it than the steady state (--duration).",
         )
 
 
