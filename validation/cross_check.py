@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -15,7 +14,6 @@ from mbs_models.parameters import Drivetrain, Inertia, ParallelStage, Part
 
 from . import equations
 from .frf_checks import Progress, compare_frfs, frf_checks, round_off_floor
-from .judged import judged_in_time
 from .matrix_checks import assembly_checks, matrix_checks
 from .modes import round_off_warnings
 from .pole_checks import pole_checks
@@ -115,8 +113,7 @@ def cross_check(
     if in_time:
         try:
             record = time_domain(drivetrain, _far_end(drivetrain.parts[0]), progress=report)
-            share = judged_in_time(record)
-            checks += [replace(check, note=share) for check in time_domain_checks(record)]
+            checks += time_domain_checks(record)
         except OrbitError as error:
             warnings.append(f"no FRFs from time integration: {error}")
         clock.lap("time integration")

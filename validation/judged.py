@@ -1,4 +1,4 @@
-"""How much of FRFs from a run in time is judged: lines far below a peak are not."""
+"""Which lines of FRFs from a run in time are judged: not those that round-off may have made."""
 
 from __future__ import annotations
 
@@ -7,14 +7,39 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from .results import TimeDomain
-from .time_domain import DYNAMIC_RANGE_DB
-
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
+# Lines this far below a response's own peak are antiresonances and decayed tails, where the same
+# absolute error is any number of dB.
+DYNAMIC_RANGE_DB = 80.0
+# What differs by round-off alone does so in accelerations as much at one line as at the next: the
+# largest of so many lines is what any of them may have. A tenth of 0.1 dB.
+NEIGHBOURS, KNOWN_TO = 21, 1e-3
 HALF = 0.5  # of an FRF's lines: where fewer are judged, the verdict is not on the band
 NAMED = 3
+
+
+def within_range(size: FloatArray) -> BoolArray:
+    """Where |H| (n_line, …) is within `DYNAMIC_RANGE_DB` of its largest."""
+    return np.asarray(size >= size.max(axis=0) * 10.0 ** (-DYNAMIC_RANGE_DB / 20.0))
+
+
+def known(frequency: FloatArray, size: FloatArray, unknown: FloatArray) -> BoolArray:
+    """Where a receptance is known to `KNOWN_TO`.
+
+    Parameters
+    ----------
+    frequency
+        (n_line,) Hz.
+    size, unknown
+        (n_line, …) |H|, and how much of it may be round-off.
+    """
+    from scipy.ndimage import maximum_filter1d  # takes its time to load
+
+    square = ((2.0 * np.pi * frequency) ** 2).reshape(-1, *(1,) * (size.ndim - 1))
+    floor = maximum_filter1d(unknown * square, NEIGHBOURS, axis=0, mode="nearest") / square
+    return np.asarray(floor <= KNOWN_TO * size)
 
 
 def judged(names: Sequence[str], frequency: FloatArray, compared: BoolArray) -> str:
@@ -40,14 +65,6 @@ def judged(names: Sequence[str], frequency: FloatArray, compared: BoolArray) -> 
     places = [_place(names[n], frequency, compared[:, n]) for n in few[:NAMED]]
     more = f" and {len(few) - NAMED} more" if len(few) > NAMED else ""
     return f"{told}; on less than half of the band at {'; '.join(places)}{more}"
-
-
-def judged_in_time(found: TimeDomain) -> str:
-    """The same of a cross-check's FRFs from time integration."""
-    size = np.abs(found.substructured)
-    compared = size >= size.max(axis=0) * 10.0 ** (-DYNAMIC_RANGE_DB / 20.0)
-    names = [f"{label} ← {found.excitation}" for label in found.labels]
-    return judged(names, found.frequency, compared)
 
 
 def percent(compared: BoolArray) -> str:

@@ -18,10 +18,12 @@ from mbs_models.mode_kinds import Modes
 from mbs_models.parameters import Damping, Drivetrain
 
 from .errors import require_frequencies
+from .judged import judged
 from .peaks import Resonance
 from .replacement import Replacement
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
 ComplexArray = NDArray[Any]
 
 
@@ -260,6 +262,8 @@ class TimeDomain:
         What both routes used.
     step, shots, closure, even_share
         As in `PeriodicRecord`.
+    compared
+        (n_line, n_label) the lines judged.
     worst_db, worst_degrees
         (n_label,) largest differences over the lines compared.
     """
@@ -274,8 +278,15 @@ class TimeDomain:
     shots: int
     closure: float
     even_share: float
+    compared: BoolArray
     worst_db: FloatArray
     worst_degrees: FloatArray
+
+    @property
+    def judged(self) -> str:
+        """On how many lines a verdict on them rests, and where it leaves out half of the band."""
+        names = [f"{label} ← {self.excitation}" for label in self.labels]
+        return judged(names, self.frequency, self.compared)
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,6 @@ from rich.table import Table
 from mbs_models.mode_kinds import Modes, label_inertias
 from mbs_models.parameters import Drivetrain, ParallelStage, PlanetaryStage
 
-from .judged import judged_in_time
 from .modes import known_to, round_off_warnings
 from .results import CrossCheck
 
@@ -82,9 +81,7 @@ def verdicts(result: CrossCheck) -> None:
             for finding in check.findings:
                 console.print(f"  {finding}", markup=False)
     if result.time_domain is not None:
-        console.print(
-            f"FRFs from time integration: {judged_in_time(result.time_domain)}.", markup=False
-        )
+        console.print(f"FRFs from time integration: {result.time_domain.judged}.", markup=False)
     worst = max(float(c.line_max.max()) for c in result.comparisons)
     n_frf = len(result.dofs) ** 2
     console.print(

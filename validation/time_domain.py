@@ -17,6 +17,7 @@ from fbs import SecondOrderSystem, direct_frf, frequency_axis
 from mbs_models.errors import OrbitError
 from mbs_models.parameters import Damping, Drivetrain
 
+from .judged import known, within_range
 from .results import Check, TimeDomain
 from .routes import build_model, couple_stages, exudyn_source
 
@@ -36,12 +37,9 @@ DECIBEL_TOLERANCE = 0.1
 DEGREE_TOLERANCE = 1.0
 REASON = (
     "the orbit is closed to 1e-6 of each motion, which on a line 80 dB below a response's peak is "
-    "1 %: 0.09 dB and 0.6°; the trapezoidal rule bends frequencies to ω′ = (2/h) tan(ωh/2) "
-    "exactly, and FBS is asked there"
+    "1 %: 0.09 dB and 0.6°; further below only lines are judged that are better known; the "
+    "trapezoidal rule bends frequencies to ω′ = (2/h) tan(ωh/2) exactly, and FBS is asked there"
 )
-# Lines this far below a response's own peak are antiresonances and decayed tails, where the same
-# absolute error is any number of dB.
-DYNAMIC_RANGE_DB = 80.0
 # Largest motion of any DoF at every line (m). The smallest first, where geometry is linear; where
 # springs are so stiff that it drowns in their round-off, the next.
 AMPLITUDES = (1e-8, 1e-6)
@@ -87,8 +85,9 @@ def time_domain(
 
     peak = np.abs(reference).max(axis=0)
     responding = peak > ZERO * peak.max()
-    reference, found, peak = reference[:, responding], found[:, responding], peak[responding]
-    compared = np.abs(reference) >= peak * 10.0 ** (-DYNAMIC_RANGE_DB / 20.0)
+    reference, found = reference[:, responding], found[:, responding]
+    unknown = record.unknown()[:, responding]
+    compared = within_range(np.abs(reference)) | known(record.frequency, np.abs(found), unknown)
     ratio = np.where(compared, found / np.where(compared, reference, 1.0), 1.0)
     return TimeDomain(
         excitation=excitation,
@@ -101,6 +100,7 @@ def time_domain(
         shots=record.shots,
         closure=record.closure,
         even_share=record.even_share,
+        compared=compared,
         worst_db=np.abs(20.0 * np.log10(np.abs(ratio))).max(axis=0),
         worst_degrees=np.degrees(np.abs(np.angle(ratio))).max(axis=0),
     )
@@ -159,7 +159,7 @@ def time_domain_checks(result: TimeDomain) -> list[Check]:
     check = Check(
         "FRFs from time integration, magnitude", subject, routes, "largest difference, dB",
         float(result.worst_db.max()), DECIBEL_TOLERANCE, REASON,
-        findings(result.worst_db, DECIBEL_TOLERANCE, "dB"),
+        findings(result.worst_db, DECIBEL_TOLERANCE, "dB"), result.judged,
     )  # fmt: skip
     return [
         check,

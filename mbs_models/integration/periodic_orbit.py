@@ -50,7 +50,10 @@ class PeriodicRecord:
     time
         (n,) s.
     displacement
-        (n, n_dof) m, the part that is odd in the force.
+        (n, n_dof) m, the part that is odd in the force, without what a free drivetrain creeps by.
+    even
+        (n, n_dof) m, the part that does not change sign with the force: geometry's even orders,
+        and round-off.
     excitation
         The force.
     force
@@ -59,9 +62,6 @@ class PeriodicRecord:
         Integrator step (s); the integrator is the implicit trapezoidal rule.
     closure
         Largest |x(T) − x(0)| of a DoF over its largest motion.
-    even_share
-        Largest motion that does not change sign with the force, over the largest that does: how
-        far geometry is from linear at this amplitude.
     shots
         How many periods it took to close the orbit.
     """
@@ -69,12 +69,17 @@ class PeriodicRecord:
     labels: tuple[str, ...]
     time: FloatArray
     displacement: FloatArray
+    even: FloatArray
     excitation: Excitation[Multisine]
     force: FloatArray
     step: float
     closure: float
-    even_share: float
     shots: int
+
+    @property
+    def even_share(self) -> float:
+        """Largest of the even motion over the largest odd one: how far geometry is from linear."""
+        return float(np.abs(self.even).max() / np.abs(self.displacement).max())
 
     @property
     def frequency(self) -> FloatArray:
@@ -84,10 +89,17 @@ class PeriodicRecord:
 
     def receptance(self) -> NDArray[np.complex128]:
         """H(f′_k) = X_k/F_k at the excited lines, (n_line, n_dof): no leakage, no window (m/N)."""
+        return self._over_force(self.displacement)
+
+    def unknown(self) -> FloatArray:
+        """The same of the even motion, |E_k/F_k|: of the odd one as much may be round-off (m/N)."""
+        return np.abs(self._over_force(self.even))
+
+    def _over_force(self, motion: FloatArray) -> NDArray[np.complex128]:
         lines = self.excitation.signal.harmonics
-        motion = np.fft.rfft(self.displacement, axis=0)[lines]
-        receptance: NDArray[np.complex128] = motion / np.fft.rfft(self.force)[lines, None]
-        return receptance
+        spectrum = np.fft.rfft(motion, axis=0)[lines]
+        ratio: NDArray[np.complex128] = spectrum / np.fft.rfft(self.force)[lines, None]
+        return ratio
 
 
 def steps_per_period(signal: Multisine) -> int:
@@ -136,11 +148,11 @@ def periodic_response(
         labels=runner.linear.dofs,
         time=np.asarray(np.arange(runner.steps) * runner.step, dtype=float),
         displacement=odd,
+        even=even,
         excitation=excitation,
         force=runner.force,
         step=runner.step,
         closure=max(plus.closure, minus.closure),
-        even_share=float(np.abs(even).max() / np.abs(odd).max()),
         shots=shots,
     )
 
@@ -233,10 +245,13 @@ class _Runner:
         change = np.stack([displacement[-1], velocity[-1]]) - start
         largest, moved = np.abs(displacement).max(axis=0), self.responding
         # A free drivetrain may creep on as a whole: nothing restores it, and nothing is strained.
-        gap = np.abs(change[0] - self.modal.rigid_part(change[0]))
+        # What it turns by evenly is not periodic, and would leak into every line.
+        creep = self.modal.rigid_part(change[0])
+        gap = np.abs(change[0] - creep)
+        share = np.arange(self.steps)[:, None] / self.steps
         return _Shot(
             start=start,
-            displacement=displacement[:-1],
+            displacement=displacement[:-1] - share * creep,
             change=change,
             closure=float((gap[moved] / largest[moved]).max()),
         )

@@ -115,7 +115,7 @@ def test_rayleigh_damping_has_its_ratio_at_both_frequencies() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("excitation", ["reducer.pinion.w", "coupling.w", "planetary.sun.u"])
 def test_frfs_of_the_paper_against_fbs(excitation: str) -> None:
-    """10 Hz to 4 kHz, every responding DoF, every line within 80 dB of its peak: 0.1 dB, 1°.
+    """10 Hz to 4 kHz, every responding DoF, every line: 0.1 dB, 1°.
 
     Rayleigh damping of 0.5 % at 40 Hz and 1 kHz. The 7.5 MHz hub and the 42 Hz mode are in it.
     """
@@ -124,10 +124,21 @@ def test_frfs_of_the_paper_against_fbs(excitation: str) -> None:
     assert result.frequency[-1] == pytest.approx(4000.0, rel=0.0102)
     assert len(result.labels) >= 10
     # Allowed are 0.1 dB and 1°; what is left is how well the orbit closes, 1e-7 of the motion on
-    # lines up to 80 dB below the peak: 1e-3, or 0.01 dB and 0.06°.
+    # lines up to 80 dB below the peak, and 1e-3, or 0.01 dB and 0.06°, further below.
+    assert result.compared.mean() >= 0.99
     assert result.worst_db.max() <= 0.01
     assert result.worst_degrees.max() <= 0.06
     assert all(check.agrees for check in time_domain_checks(result))
+
+
+def test_what_a_free_drivetrain_creeps_by_is_not_in_the_record() -> None:
+    """A ramp Δt/T would leak N Δ/2πk into line k; measured without it: 1e-4 of the deepest lines.
+
+    The train creeps by 1e-13 m in a period, and its displacements at 4 kHz are as small.
+    """
+    result = time_domain(paper(), "reducer.pinion.w", df=10.0)
+    assert result.compared.all()
+    assert result.worst_db.max() <= 2e-3  # 2e-2 with the ramp
 
 
 @pytest.mark.slow

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from ..results import TimeDomain
-from ..time_domain import DECIBEL_TOLERANCE, DYNAMIC_RANGE_DB
+from ..time_domain import DECIBEL_TOLERANCE
 from .digits import rounded
 from .style import BLUE, MUTED, REFERENCE_COLOR, VERMILLION, WIDTH, log_axis, styled, svg
 
@@ -91,8 +91,7 @@ def _draw_frf(axes: Axes, result: TimeDomain, number: int) -> None:
 
 def _draw_difference(axes: Axes, result: TimeDomain) -> None:
     reference = np.abs(result.substructured)
-    compared = reference >= reference.max(axis=0) * 10.0 ** (-DYNAMIC_RANGE_DB / 20.0)
-    ratio = np.where(compared, np.abs(result.transient) / reference, 1.0)
+    ratio = np.where(result.compared, np.abs(result.transient) / reference, 1.0)
     largest = np.abs(20.0 * np.log10(ratio)).max(axis=1)
     axes.plot(result.frequency, np.maximum(largest, 1e-6), color=BLUE, lw=1.0)
     log_axis(axes, max(floor(log10(max(largest.min(), 1e-6))), -6), 0)

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d
 from scipy.special import stdtrit
 
 from fbs import Estimate, Frf, Quantity, Record, averaged_frf, impulse_frf, periodic_frf
@@ -21,10 +20,10 @@ from mbs_models.parameters import Drivetrain
 from mbs_models.signals.lines import Harmonic, Multisine, Signal
 from mbs_models.signals.sines import HalfSine
 
-from ..judged import judged
+from ..judged import DYNAMIC_RANGE_DB, KNOWN_TO, judged, known, within_range
 from ..results import Check
 from ..routes import build_model, couple_stages, exudyn_source
-from ..time_domain import DYNAMIC_RANGE_DB, ZERO
+from ..time_domain import ZERO
 
 # An impact fills its band up to where its spectrum has fallen by 10 dB (ISO 7626-5 allows 20).
 IMPACT = 0.3
@@ -58,9 +57,6 @@ REASON = (
 # ratio is Student's t of 2(n − n_inputs) degrees of freedom: one run in so many has a single line
 # beyond what is allowed.
 ONE_RUN_IN = 1000.0
-# A steady state's periods differ by round-off alone, in accelerations as much at one line as at the
-# next: the largest scatter of so many lines is what any of them may have. A tenth of 0.1 dB.
-NEIGHBOURS, KNOWN_TO = 21, 1e-3
 LOST = 0.5  # of |H|: where an estimate may scatter by more it says nothing, and is not compared
 # What is left of a response at the end of a record that is transformed whole, of its peak: cut
 # off, it would leak by as much.
@@ -272,17 +268,17 @@ def compare_with_fbs(
     peak = size.max(axis=0)
     # What symmetry keeps still is zero: what moves it is not linear.
     responding = peak > ZERO * peak.max(axis=0)
-    known = size >= peak * 10.0 ** (-DYNAMIC_RANGE_DB / 20.0)
+    judgeable = within_range(size)
     quiet = _known_by_scatter(estimate)
     if quiet is not None:  # or else: what is not linear makes periods differ as well
-        known = known | quiet
+        judgeable = judgeable | quiet
     scatter = _scatter(
         estimate, reference.values, np.ones(len(frf.excitations)) if power is None else power
     )
     return EstimatedFrfs(
         estimate,
         reference,
-        responding & known & (scatter < LOST),
+        responding & judgeable & (scatter < LOST),
         np.asarray(DECIBEL_TOLERANCE + 20.0 / np.log(10.0) * scatter),
     )
 
@@ -294,10 +290,7 @@ def _known_by_scatter(estimate: Estimate) -> BoolArray | None:
     """
     if estimate.kind != "periodic" or estimate.variance is None:
         return None
-    square = (2.0 * np.pi * estimate.frf.frequency[:, None, None]) ** 2
-    scatter = np.sqrt(estimate.variance) * square
-    floor = maximum_filter1d(scatter, NEIGHBOURS, axis=0, mode="nearest") / square
-    return np.asarray(floor <= KNOWN_TO * np.abs(estimate.frf.values))
+    return known(estimate.frf.frequency, np.abs(estimate.frf.values), np.sqrt(estimate.variance))
 
 
 def _by_fbs(frf: Frf, drivetrain: Drivetrain) -> ComplexArray:
