@@ -126,17 +126,20 @@ def process_pool(workers: int, *, apart: bool = False) -> Iterator[Workers]:
         yield Workers()
         return
     # a forked child would share the numerical libraries' threads with its parent
-    # (and Ctrl-C is for the parent, which tells the children)
     pool = ProcessPoolExecutor(
-        workers,
-        mp_context=get_context("spawn"),
-        initializer=signal.signal,
-        initargs=(signal.SIGINT, signal.SIG_IGN),
+        workers, mp_context=get_context("spawn"), initializer=_begin, initargs=(workers,)
     )
     try:
         yield Workers(pool, workers)
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+def _begin(workers: int) -> None:
+    """A worker process: Ctrl-C is for its parent, and the other cores for the others."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if workers > 1:
+        os.environ["OMP_NUM_THREADS"] = "1"
 
 
 @contextmanager

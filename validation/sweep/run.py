@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import (
     FIRST_COMPLETED,
     BrokenExecutor,
+    Executor,
     Future,
     wait,
 )
@@ -25,6 +26,7 @@ from numpy.typing import NDArray
 from mbs_models.parameters import Drivetrain
 
 from ..errors import CommandError
+from ..memory import MOST_BYTES
 from ..results import Band
 from .executors import Workers, process_pool
 from .metrics import metrics
@@ -39,7 +41,6 @@ CHUNK = 10  # samples handed to a worker, and kept on disk, at a time
 IN_FLIGHT = 64  # pieces handed out at a time, at least, so that results never pile up
 POLL = 10.0  # seconds without a result until an executor is asked whether it is still there
 HERE = Workers()
-MOST_BYTES = 2e9
 WORTH_A_PROCESS = 200  # samples that each take an eigensolution or a base FRF
 
 
@@ -176,6 +177,11 @@ def sweep(
         Told of lost workers.
     magnitude
         (n, n_frequency) where |H| goes, such as a file in memory; none: fresh memory.
+
+    Raises
+    ------
+    CommandError
+        Worker processes die before they compute anything.
     """
     order = sorted(range(len(samples)), key=lambda i: base_values(task, samples[i]))
     places = {str(k): order[k : k + CHUNK] for k in range(0, len(order), CHUNK)}
@@ -270,6 +276,7 @@ def _again(task: Task, pieces: Mapping[str, tuple[Values, ...]]) -> Iterator[tup
     while waiting:
         with process_pool(1, apart=True) as workers:
             assert workers.executor is not None
+            _require_start(workers.executor)
             while waiting:
                 key, samples = waiting.pop(0)
                 try:
@@ -278,6 +285,17 @@ def _again(task: Task, pieces: Mapping[str, tuple[Values, ...]]) -> Iterator[tup
                     yield key, joined([_alone(task, values) for values in samples])
                     break
                 yield key, piece
+
+
+def _require_start(executor: Executor) -> None:
+    """Tell processes that die of their samples from those that never begin."""
+    try:
+        executor.submit(int).result()
+    except BrokenExecutor as error:
+        raise CommandError(
+            "worker processes die as they start; a script that sweeps with processes needs its "
+            "work under `if __name__ == '__main__':`"
+        ) from error
 
 
 def _alone(task: Task, values: Values) -> Outcome:

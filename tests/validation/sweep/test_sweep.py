@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 from collections.abc import Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -245,6 +248,15 @@ def test_samples_of_a_dead_worker_are_redone(paper, serial):
     assert_same(serial, sweep(todo, found.samples, Workers(Crashing())))
 
 
+@pytest.mark.slow
+def test_each_of_several_processes_keeps_to_one_core(monkeypatch):
+    """Two threads in each of two processes on two cores took a sixth more of both."""
+    monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
+    for workers, threads in ((2, "1"), (1, None)):
+        with process_pool(workers, apart=True) as crew:
+            assert crew.executor.submit(os.getenv, "OMP_NUM_THREADS").result() == threads
+
+
 def deadly(task: Task, samples: Sequence[Values]) -> Outcome:
     """As `evaluate`, but the process dies of the eighth stiffness (counted from 0: 7)."""
     if any(values[0] > 9e6 and values[1] == 4 for values in samples):
@@ -267,6 +279,36 @@ def test_a_sample_that_kills_its_process_fails_and_the_others_go_on(paper, seria
     others = np.arange(len(found.samples)) != killer
     for name in FIELDS:
         np.testing.assert_array_equal(getattr(outcome, name)[others], getattr(serial, name)[others])
+
+
+UNGUARDED = """
+from mbs_models.model_file import load
+from validation.results import Band
+from validation.sweep.executors import process_pool
+from validation.sweep.parameters import design
+from validation.sweep.run import sweep, task
+
+found = design(load("paper"), ["coupling.second_stiffness=1e5:1e7:20log"])
+todo = task(load("paper"), found, Band(), None, 1, "equations")
+with process_pool(2) as workers:
+    sweep(todo, found.samples, workers)
+"""
+
+
+@pytest.mark.slow
+def test_a_script_whose_workers_run_it_again_is_told(tmp_path):
+    """Each sample by a process of its own that dies would take minutes, and blame the samples."""
+    script = tmp_path / "sweep.py"
+    script.write_text(UNGUARDED, encoding="utf-8")
+    root = Path(__file__).parents[3]
+    done = subprocess.run(
+        [sys.executable, str(script)], env=os.environ | {"PYTHONPATH": str(root)},
+        capture_output=True, text=True, timeout=120,
+    )  # fmt: skip
+    assert done.returncode == 1
+    last = done.stderr.splitlines()[-1]
+    assert "CommandError: worker processes die as they start" in last
+    assert "if __name__ == '__main__':" in last
 
 
 def test_what_is_wrong_with_the_program_is_not_taken_for_a_lost_worker(paper, monkeypatch):
