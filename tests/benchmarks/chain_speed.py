@@ -198,7 +198,8 @@ def main(lengths: list[int]) -> None:
         print(f"{length:8}{1e3 * median / length:8.2f}{1e3 * least / length:8.2f}")
     for name in (DENSE, SPARSE, OURS, EIGH, EIGH_FEW, REDUCED):
         faster = [length for length in lengths if tables[length][name]["s"] > ours[length]]
-        where = f"from {min(faster)} stages on" if faster else "at no length"
+        ever = [n for n in faster if {m for m in lengths if m > n} <= set(faster)]
+        where = f"from {min(ever)} stages on" if ever else "at no length for good"
         print(f"{STAGE_WISE} is faster than {name}: {where} ({faster})")
 
 
