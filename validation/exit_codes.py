@@ -15,7 +15,7 @@ from typing import Any, cast
 import typer
 
 from .errors import CommandError
-from .interruption import Interrupted, on_interrupt, unheard_interrupts_again
+from .interruption import Interrupted, every_interrupt, on_interrupt
 
 PROGRAM = "crosscheck"
 BAD_INPUT = 2
@@ -29,7 +29,7 @@ USAGE_ERROR = cast("type[Exception]", typer.BadParameter.__bases__[0])
 def exit_code(app: typer.Typer, arguments: Sequence[str]) -> int:
     """Run a command line; what it raises becomes a message and an exit code."""
     try:
-        with unheard_interrupts_again(), on_interrupt("no file was left half written"):
+        with on_interrupt("no file was left half written"), every_interrupt():
             code = _invoke(app, arguments)
             sys.stdout.flush()
     except USAGE_ERROR as error:

@@ -1,4 +1,4 @@
-"""Ctrl-C: an interrupt, whatever it was made of on its way, that says what it left."""
+"""Ctrl-C: an interrupt, whatever becomes of it on its way, that says what it left."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from types import FrameType
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -23,45 +24,59 @@ class Interrupted(KeyboardInterrupt):
 def on_interrupt(left: str) -> Iterator[None]:
     """Turn an interrupt inside into `Interrupted`, with what it leaves; the innermost one says.
 
-    C code that runs Python in its course, as an extension module does while it is imported, makes
-    an error of its own of a KeyboardInterrupt, which then is that error's cause.
-
     Raises
     ------
     Interrupted
-        For a KeyboardInterrupt, and for what is caused by one.
+        For a KeyboardInterrupt.
     """
     try:
         yield
     except Interrupted:
         raise
-    except (KeyboardInterrupt, Exception) as error:
-        if not _of_interrupt(error):
-            raise
+    except KeyboardInterrupt as error:
         raise Interrupted(left) from error
 
 
 @contextmanager
-def unheard_interrupts_again() -> Iterator[None]:
-    """Raise Ctrl-C again where Python drops it, in the callbacks of its garbage collection."""
-    others = sys.unraisablehook
+def every_interrupt() -> Iterator[None]:
+    """Let no Ctrl-C inside get lost, nor pass for something else.
 
-    def hook(dropped: UnraisableHookArgs) -> None:
+    C code that runs Python in its course, as an extension module does while it is imported, makes
+    an error of its own of a KeyboardInterrupt: what is raised after a Ctrl-C is one here. What
+    Python drops, in the callbacks of its garbage collection, is raised again.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        For any exception after a Ctrl-C.
+    """
+    handler, hook = signal.getsignal(signal.SIGINT), sys.unraisablehook
+    if not callable(handler) or threading.current_thread() is not threading.main_thread():
+        yield  # there are none
+        return
+    heard = False
+
+    def noting(number: int, frame: FrameType | None) -> None:
+        nonlocal heard
+        heard = True
+        handler(number, frame)
+
+    def again(dropped: UnraisableHookArgs) -> None:
         if not issubclass(dropped.exc_type, KeyboardInterrupt):
-            others(dropped)
+            hook(dropped)
             return
-        again = threading.Timer(AGAIN_SECONDS, signal.raise_signal, (signal.SIGINT,))
-        again.daemon = True
-        again.start()
+        later = threading.Timer(AGAIN_SECONDS, signal.raise_signal, (signal.SIGINT,))
+        later.daemon = True
+        later.start()
 
-    sys.unraisablehook = hook
+    signal.signal(signal.SIGINT, noting)
+    sys.unraisablehook = again
     try:
         yield
+    except Exception as error:
+        if heard:
+            raise KeyboardInterrupt from error
+        raise
     finally:
-        sys.unraisablehook = others
-
-
-def _of_interrupt(error: BaseException | None) -> bool:
-    while error is not None and not isinstance(error, KeyboardInterrupt):
-        error = error.__cause__
-    return error is not None
+        sys.unraisablehook = hook
+        signal.signal(signal.SIGINT, handler)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -75,15 +76,21 @@ def test_an_interruption_is_told(
     assert capsys.readouterr().err == "crosscheck: interrupted; no file was left half written\n"
 
 
-def test_an_interruption_that_c_code_made_an_error_of_is_told(
+def test_an_interruption_that_became_an_error_is_told(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """As an extension module does whose import is interrupted."""
-    error = ImportError("initialization failed")
-    error.__cause__ = SystemError("a result with an exception set")
-    error.__cause__.__cause__ = KeyboardInterrupt()
-    raising(monkeypatch, error)
+    """As where the import of an extension module is interrupted."""
+
+    def load(model: str) -> None:
+        try:
+            signal.raise_signal(signal.SIGINT)
+        except KeyboardInterrupt:
+            raise ImportError("initialization failed") from None
+
+    handler = signal.getsignal(signal.SIGINT)
+    monkeypatch.setattr("mbs_models.model_file.load", load)
     assert call("modes") == exit_codes.INTERRUPTED
+    assert signal.getsignal(signal.SIGINT) is handler
     assert capsys.readouterr().err == "crosscheck: interrupted; no file was left half written\n"
 
 
