@@ -130,9 +130,28 @@ def process_pool(workers: int, *, apart: bool = False) -> Iterator[Workers]:
         workers, mp_context=get_context("spawn"), initializer=_begin, initargs=(workers,)
     )
     try:
+        with _ctrl_c_waiting():
+            for _ in range(workers):  # each submission starts a process
+                pool.submit(int)
         yield Workers(pool, workers)
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def _ctrl_c_waiting() -> Iterator[None]:
+    """Ctrl-C comes when this is over; never to processes started meanwhile, which inherit it.
+
+    A terminal sends it to them too, and Python would end in a traceback in the midst of its start.
+    """
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _begin(workers: int) -> None:

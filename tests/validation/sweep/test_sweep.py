@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
+from multiprocessing import active_children
 from pathlib import Path
 
 import numpy as np
@@ -255,6 +257,21 @@ def test_each_of_several_processes_keeps_to_one_core(monkeypatch):
     for workers, threads in ((2, "1"), (1, None)):
         with process_pool(workers, apart=True) as crew:
             assert crew.executor.submit(os.getenv, "OMP_NUM_THREADS").result() == threads
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no signal mask")
+def test_ctrl_c_of_a_terminal_is_for_the_parent_alone():
+    """Also where it comes before a worker process has got as far as ignoring it."""
+    others = set(active_children())
+    with process_pool(2) as crew:
+        starting = set(active_children()) - others
+        assert len(starting) == 2
+        for process in starting:
+            os.kill(process.pid, signal.SIGINT)
+        assert crew.executor.submit(int, "7").result() == 7
+        assert set(active_children()) - others == starting
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
 
 
 def deadly(task: Task, samples: Sequence[Values]) -> Outcome:
