@@ -13,7 +13,7 @@ import pytest
 from fbs import FbsError
 from fbs.frf import axis_ends, frequency_axis
 from mbs_models.model_file import load, preset_names
-from tests.validation.test_cli import call
+from tests.validation.command_line import call
 from validation import memory
 from validation.cross_check import report_pairs
 from validation.errors import CommandError

@@ -16,18 +16,10 @@ from fbs import direct_frf, frequency_axis
 from mbs_models.model_file import load, preset_names, template
 from mbs_models.parameters import Drivetrain
 from tests.strategies import changed, paper, with_stage
-from validation import cli, equations, multibody, routes
+from tests.validation.command_line import call
+from validation import equations, multibody, routes
 
 BAND = ["--fmin", "10", "--fmax", "4000", "--df", "10"]
-
-
-def call(*arguments: str) -> int:
-    """Run the command line in this process; returns the exit code."""
-    try:
-        cli.main(list(arguments))
-    except SystemExit as exit_:
-        return int(exit_.code or 0)
-    return 0
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ import time
 
 import pytest
 
-from tests.validation.test_cli import call
+from tests.validation.command_line import call
 from validation import exit_codes
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fbs import Frf
-from tests.validation.test_cli import call
+from tests.validation.command_line import call
 from validation.errors import CommandError
 from validation.frf_input import read
 from validation.frf_output import write

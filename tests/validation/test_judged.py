@@ -11,22 +11,13 @@ import pytest
 from mbs_models.errors import OrbitError
 from mbs_models.model_file import dumps, load
 from tests.strategies import changed
-from validation import cli
+from tests.validation.command_line import call
 from validation.cross_check import cross_check
 from validation.judged import judged, known, percent, within_range
 from validation.results import Band
 from validation.time_domain import time_domain
 
 W = "planetary.sun.w"
-
-
-def call(*arguments: str) -> int:
-    """Run the command line in this process; returns the exit code."""
-    try:
-        cli.main(list(arguments))
-    except SystemExit as exit_:
-        return int(exit_.code or 0)
-    return 0
 
 
 # --- in words -------------------------------------------------------------------------------

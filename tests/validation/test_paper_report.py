@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.validation.test_cli import call
+from tests.validation.command_line import call
 from tests.validation.test_report import XML_NAMESPACES, Tags, text_of
 from validation import paper_input
 from validation.errors import CommandError

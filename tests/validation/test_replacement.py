@@ -16,7 +16,8 @@ from mbs_models.model_file import dumps, load
 from mbs_models.modes import drivetrain_modes
 from mbs_models.parameters import Drivetrain
 from tests.strategies import damped, paper, with_coupling, with_stage
-from validation import cli, multibody
+from tests.validation.command_line import call
+from validation import multibody
 from validation.cross_check import cross_check
 from validation.errors import CommandError
 from validation.peaks import Peak, Resonance, find, match, merge
@@ -25,16 +26,6 @@ from validation.replacement_checks import where
 from validation.report.results_json import results_document
 from validation.results import Band, Swap
 from validation.swap import headline
-
-
-def call(*arguments: str) -> int:
-    """Run the command line in this process; returns the exit code."""
-    try:
-        cli.main(list(arguments))
-    except SystemExit as exit_:
-        return int(exit_.code or 0)
-    return 0
-
 
 FREQUENCY = frequency_axis(10.0, 9000.0, 10.0)
 DAMPED = damped(paper())

@@ -14,7 +14,7 @@ from mbs_models.mode_kinds import EnergyShares, Kind, Mode, mode_groups
 from mbs_models.model_file import load, template
 from mbs_models.modes import drivetrain_modes, eigenvalue_error
 from tests.strategies import with_coupling
-from validation import cli
+from tests.validation.command_line import call
 from validation.cross_check import cross_check
 from validation.metrics import subspace_mac
 from validation.modes import equation_modes, known_to, round_off_warnings
@@ -27,15 +27,6 @@ HUBS = [4.48e-8, 1e-10, 1e-12, 1e-14]  # kg; K/m of the last is λ = 1e22 (rad/s
 
 def hub(mass: float):  # type: ignore[no-untyped-def]
     return with_coupling(load("paper-table2"), inertia_over_r2=mass)
-
-
-def call(*arguments: str) -> int:
-    """Run the command line in this process; returns the exit code."""
-    try:
-        cli.main(list(arguments))
-    except SystemExit as exit_:
-        return int(exit_.code or 0)
-    return 0
 
 
 def file_with_hub(directory: Path, mass: str) -> str:
