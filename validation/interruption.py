@@ -73,7 +73,7 @@ def every_interrupt() -> Iterator[None]:
     sys.unraisablehook = again
     try:
         yield
-    except Exception as error:
+    except Exception as error:  # whatever C code made of it
         if heard:
             raise KeyboardInterrupt from error
         raise

@@ -785,7 +785,9 @@ def test_estimates_do_not_depend_on_the_order_of_channels(kind, seed):
 
 @pytest.fixture(scope="module")
 def pyfrf():
-    return pytest.importorskip("pyFRF").FRF
+    from pyFRF import FRF  # takes its time to load
+
+    return FRF
 
 
 def peer_of(pyfrf, record, segment, overlap, window):

@@ -253,9 +253,8 @@ def _computed(
             key = running.pop(future)
             try:
                 yield key, future.result()
-            except Exception as error:
-                # every executor has its own way to say that a worker is gone; what is wrong with
-                # the samples themselves shows again below
+            except Exception as error:  # each executor has its own for a worker that is gone
+                # what is wrong with the samples themselves shows again below
                 lost[key] = _reason(error)
     if lost:
         reason = next(iter(lost.values()))

@@ -108,7 +108,8 @@ def test_part_of_a_noise_runs_reversed_as_well() -> None:
 
 @pytest.mark.oracle
 def test_pyfrf_estimates_the_same_of_this_run() -> None:
-    pyfrf = pytest.importorskip("pyFRF").FRF
+    from pyFRF import FRF as pyfrf  # takes its time to load
+
     simulation = ran(BandNoise(100.0, 3000.0, 0.01, 4.0), duration=4.0, reverse=False)
     record = accelerations(simulation)
     segment, rate = 1 << 14, int(record.sampling_frequency)

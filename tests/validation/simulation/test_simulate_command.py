@@ -253,6 +253,7 @@ def test_an_interrupted_run_goes_on_bit_for_bit(
 
 
 @pytest.mark.slow
+# There a process is interrupted together with all of its console, this one included.
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT to send to one process")
 def test_ctrl_c_ends_in_130_and_keeps_the_pieces(tmp_path: Path) -> None:
     command = [

@@ -32,8 +32,6 @@ from validation.sweep.task import Outcome, Task
 PAIR = ("planetary.sun.w", "reducer.pinion.w")
 PATIENCE = 120.0  # seconds; a busy machine starts processes slowly
 
-needs_dask = pytest.mark.skipif(find_spec("distributed") is None, reason="needs the dask extra")
-
 
 def small(samples: int = 40) -> tuple[Task, Design]:
     drivetrain = load("paper")
@@ -126,7 +124,6 @@ def wait_for_workers(address: str, n_workers: int) -> None:
                 raise
 
 
-@needs_dask
 @pytest.mark.slow
 def test_dask_gives_the_same_bits_as_serial(tmp_path, serial):
     todo, found = small()
@@ -136,7 +133,6 @@ def test_dask_gives_the_same_bits_as_serial(tmp_path, serial):
         assert_same(serial, sweep(todo, found.samples, workers))
 
 
-@needs_dask
 @pytest.mark.slow
 def test_samples_of_a_dask_worker_that_is_killed_are_redone(tmp_path, serial):
     todo, found = small()
@@ -154,7 +150,6 @@ def test_samples_of_a_dask_worker_that_is_killed_are_redone(tmp_path, serial):
     assert_same(serial, outcome)
 
 
-@needs_dask
 @pytest.mark.slow
 def test_the_command_on_a_cluster_writes_the_same_table(tmp_path):
     options = ["paper", "--vary", "planetary.planets=3,4,40", "--route", "equations", "--vary"]
@@ -167,7 +162,6 @@ def test_the_command_on_a_cluster_writes_the_same_table(tmp_path):
     assert far == here
 
 
-@needs_dask
 def test_a_scheduler_that_does_not_answer_is_told_of(tmp_path, capsys):
     address = f"tcp://127.0.0.1:{free_port()}"
     options = ["paper", "--vary", "planetary.planets=3,4", "--out", str(tmp_path)]
@@ -302,6 +296,7 @@ def test_mpi_without_ranks_is_told_of(monkeypatch):
         pass
 
 
+# The MPI library is the machine's, no package of ours: without it the pretended pool above serves.
 @pytest.mark.slow
 @pytest.mark.skipif(
     find_spec("mpi4py") is None or shutil.which("mpiexec") is None,

@@ -260,6 +260,7 @@ def test_each_of_several_processes_keeps_to_one_core(monkeypatch):
 
 
 @pytest.mark.slow
+# There a signal sent is a process ended, and a mask to inherit there is none.
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no signal mask")
 def test_ctrl_c_of_a_terminal_is_for_the_parent_alone():
     """Also where it comes before a worker process has got as far as ignoring it."""
