@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
+from mbs_models.model_messages import one_message
 from mbs_models.parameters import Drivetrain
 
 from ..errors import CommandError
@@ -280,7 +281,7 @@ def changed(data: dict[str, Any], values: Mapping[tuple[Step, ...], float]) -> D
     try:
         return Drivetrain.model_validate(tree, by_alias=True, by_name=False)
     except ValidationError as error:
-        raise CommandError(_first_problem(error)) from error
+        raise CommandError(one_message(error.errors(), tree)) from error
 
 
 def _replaced(tree: Any, steps: tuple[Step, ...], value: float) -> Any:
@@ -290,11 +291,3 @@ def _replaced(tree: Any, steps: tuple[Step, ...], value: float) -> Any:
     if isinstance(step, int):
         return [*tree[:step], _replaced(tree[step], rest, value), *tree[step + 1 :]]
     return {**tree, step: _replaced(tree.get(step, {}), rest, value)}
-
-
-def _first_problem(error: ValidationError) -> str:
-    first = error.errors()[0]
-    if first["type"] == "value_error":
-        return str(first["ctx"]["error"])
-    where = ".".join(map(str, first["loc"]))
-    return f"{where} = {first['input']}: {first['msg'][0].lower()}{first['msg'][1:]}"

@@ -245,6 +245,16 @@ class Crashing(Executor):
         return future
 
 
+def test_a_value_that_is_not_allowed_is_told_as_in_a_model_file(paper):
+    found = design(paper, [f"{SPRING}=-1,1e5"])
+    outcome = sweep(task(paper, found, BAND, PAIR, 0, "equations"), found.samples)
+    assert outcome.status[0] == (
+        "coupling[0] 'coupling': second_stiffness = -1.0: must be a number, at least 0 (N/m) or "
+        '"rigid"'
+    )
+    assert outcome.status[1] == "ok"
+
+
 def test_samples_of_a_dead_worker_are_redone(paper, serial):
     todo, found = small(paper)
     assert_same(serial, sweep(todo, found.samples, Workers(Crashing())))
