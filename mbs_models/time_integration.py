@@ -271,7 +271,8 @@ class _Run:
         }
         if {"mesh_forces", "contact"} & set(self.recorded):
             time = (first + np.arange(len(motions[0]))) / self._step_rate
-            forces, contact = mesh_records(self.system, time, motions[0], motions[1])
+            with np.errstate(all="ignore"):  # a run that has diverged is told as that
+                forces, contact = mesh_records(self.system, time, motions[0], motions[1])
             found |= {"mesh_forces": forces, "contact": contact}
         return {what: found[what] for what in self.recorded if what in found}
 
@@ -437,6 +438,7 @@ def _items(system: MultibodySystem) -> list[Any]:
     """All that exudyn was given, for the fingerprint."""
     mbs, data = system.mbs, system.mbs.systemData
     found: list[Any] = [mbs.GetPreStepUserFunction()]
+    found += [mesh.law for mesh in system.meshes.values()]  # sampled piece by piece
     for number, get in (
         (data.NumberOfNodes(), mbs.GetNode),
         (data.NumberOfObjects(), mbs.GetObject),

@@ -27,10 +27,7 @@ def mesh_forces_on_bodies(
     motion = _motion(pair, size)
 
     def forces(mbs: Any, time: float, item: int, q: list[float], rates: list[float]) -> list[float]:
-        try:
-            deflection, row, _ = motion(q)
-        except ValueError:  # centres nearer than the base circles allow: a run that has diverged
-            return [math.nan] * (2 * size)
+        deflection, row, _ = motion(q)
         rate = 0.0
         for share, velocity in zip(row, rates, strict=True):
             rate += share * velocity
@@ -73,9 +70,13 @@ def _motion(
     tilt, (z_1, b_1, z_2, b_2) = math.cos(pair.helix), pair.axial_row
 
     def motion(q: list[float]) -> tuple[float, list[float], tuple[float, float, float]]:
-        deflection, n_x, n_y, length = transverse_deflection(
-            math, pair, q[size] - q[0], q[size + 1] - q[1], q[size - 1], q[-1]
-        )
+        try:
+            deflection, n_x, n_y, length = transverse_deflection(
+                math, pair, q[size] - q[0], q[size + 1] - q[1], q[size - 1], q[-1]
+            )
+        except (ValueError, OverflowError):
+            # Centres nearer than the base circles allow, or far off: a run that has diverged.
+            deflection = n_x = n_y = length = math.nan
         if size == 6:
             axial = z_1 * q[2] + b_1 * q[4] + z_2 * q[8] + b_2 * q[10]
             deflection = tilt * deflection + axial

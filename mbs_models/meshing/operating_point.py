@@ -28,7 +28,7 @@ from .mesh_excitation import CONSTANT, MeshLaw
 from .mesh_phasing import MeshPhases, mesh_phases
 from .mesh_tables import CONSTANT_STIFFNESS, MeshVariation, TransmissionError
 from .preload import Constant, preload
-from .static_state import StaticState, at_mean, linear_mesh_forces, static_state
+from .static_state import linear_mesh_forces, static_state
 
 FloatArray = NDArray[np.float64]
 AT_REST: Mapping[str, float] = {}
@@ -136,7 +136,7 @@ def operating_point(
     flanks = _flanks(drivetrain, linear, parts, load)
     phases = _phases(drivetrain, turns, flanks)
     laws = _laws(drivetrain, frequencies, phases, flanks)
-    start = _start(drivetrain, linear, parts, load, laws)
+    start = static_state(drivetrain, linear, parts, load, laws)
     return OperatingPoint(
         speed_rpm=speed,
         torque=moment,
@@ -306,13 +306,3 @@ def _laws(
                     flank=flanks[name],
                 )
     return found
-
-
-def _start(
-    drivetrain: Drivetrain,
-    linear: LinearizedSystem,
-    parts: Components,
-    load: FloatArray,
-    laws: Mapping[str, MeshLaw],
-) -> StaticState:
-    return static_state(build_drivetrain(drivetrain, at_mean(laws)), linear, parts, load, laws)

@@ -20,14 +20,15 @@ from typing import Any
 
 import exudyn as exu
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..components import Components, Spring, SpringKind
-from ..drivetrain import MultibodySystem
+from ..drivetrain import MultibodySystem, build_drivetrain
 from ..errors import ModelError
 from ..interrupts import interrupts_held
 from ..linearization import LinearizedSystem, coordinate_transform, linearize
 from ..orders import STANDS_STILL, free_motions
+from ..parameters import Drivetrain
 from .mesh_excitation import MeshLaw
 from .mesh_records import mesh_records
 
@@ -78,7 +79,7 @@ def linear_mesh_forces(
 
 
 def static_state(
-    system: MultibodySystem,
+    drivetrain: Drivetrain,
     linear: LinearizedSystem,
     parts: Components,
     load: FloatArray,
@@ -88,14 +89,14 @@ def static_state(
 
     Parameters
     ----------
-    system
-        The drivetrain with laws that have backlash and flanks alone (`at_mean`).
+    drivetrain
+        What is loaded.
     linear, parts
-        The drivetrain without laws, linearised and read back.
+        The same without laws, linearised and read back.
     load
         (n_dof,) N, conjugate to the DoFs.
     laws
-        The system's.
+        Mesh → law; its backlash and flank count.
 
     Raises
     ------
@@ -105,7 +106,7 @@ def static_state(
     """
     if not np.any(load):
         at_rest = np.zeros(len(linear.dofs))
-        return StaticState(at_rest, dict.fromkeys(system.meshes, 0.0), linear)
+        return StaticState(at_rest, dict.fromkeys(laws, 0.0), linear)
     free = free_motions(parts)
     _check_balance(free, load)
     played = [mesh for mesh in _meshes(parts) if mesh.name in laws and laws[mesh.name].backlash]
@@ -113,8 +114,11 @@ def static_state(
     sides = _pressed_flanks(linear.stiffness, free, played, halves, load)
     motion, free = _contact(linear, parts, load, played, sides * halves)
     _check_gaps(motion, played, sides, halves)
-    motion = _carriers_at_rest(parts, motion, free)
-    motion, left = _settle(system, linear.mass, free, load, motion)
+    pressed = {
+        mesh.name: _pressed(laws[mesh.name], float(side))
+        for mesh, side in zip(played, sides, strict=True)
+    }
+    motion, left = _settle(build_drivetrain(drivetrain, pressed), linear.mass, free, load, motion)
     residual = float(np.abs(left).max() / np.abs(load).max())
     if not residual <= RESIDUAL:
         raise ModelError(
@@ -122,6 +126,7 @@ def static_state(
             f"{residual:.1e} of the load ({RESIDUAL:g} allowed): the load moves gears out of mesh, "
             "or bearings are too soft for it; check their stiffness, or give a smaller torque"
         )
+    system = build_drivetrain(drivetrain, at_mean(laws))
     forces, contact = _mesh_states(system, motion)
     for mesh, side in zip(played, sides, strict=True):
         if contact[mesh.name] != side * laws[mesh.name].flank:
@@ -131,6 +136,34 @@ def static_state(
                 "or less backlash"
             )
     return StaticState(motion, forces, linearized_at(system, motion))
+
+
+@dataclass(frozen=True)
+class _Level:
+    """A waveform that stays where it is."""
+
+    level: float
+    kinks: tuple[float, ...] = ()
+
+    def value(self, turns: ArrayLike) -> FloatArray:
+        return np.full(np.shape(turns), self.level)
+
+    def slope(self, turns: ArrayLike) -> FloatArray:
+        return np.zeros(np.shape(turns))
+
+    def harmonic(self, order: int) -> complex:
+        return 0.0
+
+
+def _pressed(law: MeshLaw, side: float) -> MeshLaw:
+    """A mesh as a spring from one side of its gap, k (δ − σ b/2), or none (σ = 0): no kinks.
+
+    Newton's method would else lose the stiffness of a mesh that hardly presses.
+    """
+    if side == 0.0:
+        return MeshLaw(stiffness=_Level(-1.0))
+    gap = law.flank * side * 0.5 * law.backlash
+    return MeshLaw(transmission_error=_Level(gap), flank=law.flank)
 
 
 def at_mean(laws: Mapping[str, MeshLaw]) -> dict[str, MeshLaw]:
@@ -161,7 +194,8 @@ def _contact(
     held = replace(parts, springs=tuple(s for s in parts.springs if s.name not in names))
     free = free_motions(held)
     _check_balance(free, load + offsets)
-    return _amid_gaps(_solve(stiffness, free, load + offsets), free, apart), free
+    motion = _carriers_at_rest(parts, _solve(stiffness, free, load + offsets), free)
+    return _amid_gaps(motion, free, apart), free
 
 
 def _check_gaps(
