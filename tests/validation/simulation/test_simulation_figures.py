@@ -47,8 +47,8 @@ def planetary_lines(sidebands=8):
     wave = sum(np.cos(2 * np.pi * f * TIME) for f in (396.8, 409.6, 806.4, 1111.0))
     spectrum = amplitude_spectrum(wave + 1e-4 * NOISE, RATE)
     lines = gear_lines(tones, harmonics=4, sidebands=sidebands, highest=1900.0)
-    values = spectrum.values
-    return spectrum.frequency, values, measured_lines(lines, spectrum.frequency, values)
+    (read,) = measured_lines(lines, (wave + 1e-4 * NOISE)[:, None], RATE)
+    return spectrum.frequency, spectrum.values, read
 
 
 def pictures():
