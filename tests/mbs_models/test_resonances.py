@@ -220,6 +220,13 @@ def test_without_teeth_there_are_the_shafts() -> None:
     assert all(name.startswith("shaft") for name in names)
 
 
+def test_a_mesh_without_stiffness_has_no_order() -> None:
+    open_mesh = with_stage(geared_reducer(), "reducer", mesh_stiffness=0.0)
+    found, modes, parts = solved(open_mesh)
+    assert [order.name for order in found] == ["shaft reducer.pinion"]
+    assert all(m.order.bodies for m in margins(found, modes, parts, 1000.0))
+
+
 # --- harmonics ------------------------------------------------------------------------------
 
 

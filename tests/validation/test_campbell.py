@@ -8,10 +8,7 @@ from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
-import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from mbs_models.model_file import dumps, load
 from mbs_models.parameters import Drivetrain
@@ -20,7 +17,7 @@ from tests.strategies import changed, paper
 from tests.validation.command_line import call
 from validation.cross_check import cross_check
 from validation.report.campbell import Campbell, draw_campbell
-from validation.report.campbell_figure import _apart, campbell_figure
+from validation.report.campbell_figure import campbell_figure
 from validation.resonances import crossings_document, margins_document, resonances
 from validation.results import Band, CrossCheck
 
@@ -137,19 +134,6 @@ def test_many_harmonics_have_room() -> None:
     at = heights(svg, r"(mesh|shaft) \S+( ×\d+)?")
     assert len(at) == 52
     assert all(below - above > 9.0 for above, below in pairwise(sorted(at)))
-
-
-@given(
-    ends=st.lists(st.floats(0.0, 1.0), min_size=1, max_size=30).map(sorted),
-    gap=st.floats(1e-3, 1.0 / 30.0),
-)
-def test_names_are_moved_apart_as_little_as_need_be(ends: list[float], gap: float) -> None:
-    at = _apart(np.array(ends), gap)
-    assert np.all(np.diff(at) >= gap - 1e-12)
-    assert at.min() >= -1e-12
-    assert at.max() <= 1.0 + 1e-12
-    if np.all(np.diff(ends) >= gap):
-        np.testing.assert_allclose(at, ends, atol=1e-12)
 
 
 def test_a_report_has_the_margins(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

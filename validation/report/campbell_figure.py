@@ -17,7 +17,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from scipy.optimize import isotonic_regression
 
 from mbs_models.mode_kinds import Kind, Mode
 from mbs_models.resonances import CLOSE, Crossing, Margin
@@ -30,6 +29,7 @@ from .style import (
     MUTED,
     VERMILLION,
     WIDTH,
+    spread,
     styled,
     svg,
 )
@@ -190,7 +190,8 @@ def _draw_operating_speed(axes: Axes, panel: _Panel, found: Resonances) -> None:
     points = [((1.0 + m.change) * speed, m.mode_hz, _margin_words(m)) for m in close]
     first, last = found.speed_range
     right = last - band[1] >= band[0] - first  # where there is more room
-    _label_points(axes, panel, points, band[1] if right else band[0], to_the_right=right)
+    if points:
+        _label_points(axes, panel, points, band[1] if right else band[0], to_the_right=right)
 
 
 def _name_speed(axes: Axes, speed: float | None) -> None:
@@ -217,7 +218,7 @@ def _label_points(
     """A column of names at a speed, each with a leader to its point (speed, frequency)."""
     ascending = sorted(points, key=lambda point: point[1])
     heights = np.array([frequency / panel.top for _, frequency, _ in ascending])
-    places = _apart(heights, LABEL_HEIGHT / panel.height)
+    places = spread(heights, LABEL_HEIGHT / panel.height)
     for (speed, frequency, words), height in zip(ascending, places, strict=True):
         axes.annotate(
             words, (speed, frequency), (at, height), textcoords=("data", "axes fraction"),
@@ -230,7 +231,7 @@ def _label_ends(axes: Axes, panel: _Panel, last: float) -> None:
     """Names at the right end of a panel's own lines, with a leader where they are moved apart."""
     lines = sorted(panel.labelled, key=lambda line: line.slope)
     ends = np.array([line.slope * last / panel.top for line in lines])
-    for line, end, at in zip(lines, ends, _apart(ends, LABEL_HEIGHT / panel.height), strict=True):
+    for line, end, at in zip(lines, ends, spread(ends, LABEL_HEIGHT / panel.height), strict=True):
         axes.annotate(
             line.name, (1.0, end), (1.03, at), xycoords="axes fraction",
             textcoords="axes fraction", color=line.color, fontsize=7.5, va="center",
@@ -242,18 +243,6 @@ def _leader(color: str, side: float) -> dict[str, Any]:
     """From a name's left (0) or right (1) end."""
     line = {"arrowstyle": "-", "color": color, "lw": 0.5, "shrinkA": 0.0, "shrinkB": 0.0}
     return line | {"relpos": (side, 0.5)}
-
-
-def _apart(ends: np.ndarray, gap: float) -> np.ndarray:
-    """Ascending positions, ``gap`` apart or more and within 0 … 1, nearest to the ends.
-
-    min Σ (y_i − e_i)² with y_{i+1} ≥ y_i + gap: an isotonic regression of e_i − i·gap.
-    """
-    if not len(ends):
-        return ends
-    steps = gap * np.arange(len(ends))
-    level = isotonic_regression(ends - steps).x
-    return np.asarray(np.clip(level, 0.0, max(0.0, 1.0 - steps[-1])) + steps)
 
 
 def _legend(

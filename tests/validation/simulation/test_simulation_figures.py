@@ -12,6 +12,7 @@ from matplotlib.text import Annotation
 from fbs.spectra import amplitude_spectrum, spectrogram
 from mbs_models.meshing.gear_lines import MeshTone, gear_lines, measured_lines
 from mbs_models.meshing.gear_response import mesh_loads
+from validation.report.style import spread
 from validation.simulation import frf_figures, order_figures, record_figures
 from validation.simulation.frf_figures import (
     FrfPair,
@@ -20,7 +21,7 @@ from validation.simulation.frf_figures import (
     level_figure,
     peak_hold_figure,
 )
-from validation.simulation.order_figures import Theory, order_figure, spread
+from validation.simulation.order_figures import Theory, order_figure
 from validation.simulation.record_figures import (
     engineering,
     history_figure,
