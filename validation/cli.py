@@ -438,7 +438,7 @@ def check(
     """Validate a model file and say what was understood."""
     from mbs_models.mode_kinds import rigid_body_count
     from mbs_models.model_file import load
-    from mbs_models.sanity import suspicious_stiffnesses
+    from mbs_models.sanity.neighbours import suspicious_stiffnesses
 
     from . import screen
     from .cross_check import model_warnings
