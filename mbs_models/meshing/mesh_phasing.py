@@ -148,7 +148,8 @@ def _nearest_assembly(stage: PlanetaryStage, z_s: int, z_r: int) -> str:
     if stage.planets is not None:
         fewer = (z_s + z_r) % stage.planets
         more = stage.planets - fewer
-        return f"ring.teeth = {z_r - fewer} or {z_r + more}, sun.teeth = {z_s - fewer} or {z_s + more}"
+        gears = (("ring.teeth", z_r), ("sun.teeth", z_s))
+        return ", ".join(f"{key} = {z - fewer} or {z + more}" for key, z in gears)
     first, pitch = math.degrees(stage.angles[0]), 360.0 / (z_s + z_r)
     turns = (round((math.degrees(angle) - first) / pitch) for angle in stage.angles)
     return f"planet_angles = [{', '.join(f'{first + turn * pitch:.7g}' for turn in turns)}]"

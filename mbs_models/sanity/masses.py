@@ -15,12 +15,12 @@ from .finding import Finding
 from .quantities import BodyKind, MomentOfInertia, Solid, solids
 
 STEEL = 7850.0  # kg/m³
-# Face width over radius of a full steel disc of that mass. Wheels are 0.05 wide and may be webbed or
-# of plastic (a thirtieth of the mass); pinions are 5 wide and may be one with a long shaft.
+# Face width over radius of a full steel disc of that mass. Wheels are 0.05 wide and may be webbed
+# or of plastic (a thirtieth of the mass); pinions are 5 wide and may be one with a long shaft.
 THINNEST, THICKEST = 1e-3, 100.0
-# I/(m r²). Gears: 0.5 full discs, 1.3²/2 with the teeth of a small pinion, 2 wide rims; down to 0.1
-# one with a thin shaft. Rings: 1 at the base circle to 2.5 with an outer radius twice that, and play.
-# Carriers: a hub alone to plates that reach beyond the planets.
+# I/(m r²). Gears: 0.5 full discs, 1.3²/2 with the teeth of a small pinion, 2 wide rims; down to
+# 0.1 one with a thin shaft. Rings: 1 at the base circle to 2.5 with an outer radius twice that, and
+# half as much either way for teeth and flanges. Carriers: a hub alone to plates beyond the planets.
 INERTIA_RANGES: Mapping[BodyKind, tuple[float, float]] = {
     BodyKind.GEAR: (0.1, 3.0),
     BodyKind.RING: (0.5, 4.0),

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
 
-from ..bodies import Body, ParallelGear, Table
+from ..bodies import Body, Matrix2, ParallelGear, Table
 from ..parameters import Coupling, ParallelStage, Part, PlanetaryStage
 
 
@@ -77,6 +77,8 @@ class Stiffness:
         N/m; rotary ones seen at their body's radius.
     kind
         What it is.
+    holds
+        DoFs that it holds, without the part's name (bearings).
     diameter
         Pitch diameter of the smaller gear, for meshes (m).
     """
@@ -85,6 +87,7 @@ class Stiffness:
     written: str
     value: float
     kind: SpringKind
+    holds: tuple[str, ...] = ()
     diameter: float = 0.0
 
 
@@ -166,29 +169,33 @@ def _parallel(stage: ParallelStage) -> Iterator[Stiffness]:
     diameter = 2.0 * smaller / math.cos(math.radians(stage.pressure_angle))
     yield _mesh("mesh_stiffness", stage.mesh_stiffness, diameter)
     for name, gear in (("pinion", stage.pinion), ("wheel", stage.wheel)):
-        yield from _bearings(gear, name, ("bearing_y", "bearing_z"), gear.support.stiffness)
+        yield from _bearings(gear, "bearing", ("y", "z"), (name,), gear.support.stiffness)
         rotary = gear.bearing_rocking is not None
         key = "bearing_rocking" if rotary else "bearing_rocking_over_r2"
-        yield _rotary(f"{name}.{key}", gear.bearing_rocking, gear.rocking_stiffness)
+        yield _rotary(
+            f"{name}.{key}",
+            gear.bearing_rocking,
+            gear.rocking_stiffness,
+            SpringKind.ROCKING,
+            f"{name}.rho",
+        )
 
 
 def _planetary(stage: PlanetaryStage) -> Iterator[Stiffness]:
     planet = stage.planet.base_radius
     sun = 2.0 * min(stage.sun.base_radius, planet) / math.cos(stage.sun_mesh_angle)
     ring = 2.0 * planet / math.cos(stage.ring_mesh_angle)
-    for key, values, diameter in (("sun", stage.sun_meshes, sun), ("ring", stage.ring_meshes, ring)):
-        for value in sorted(set(values)):
-            yield _mesh(f"{key}_mesh_stiffness", value, diameter)
+    for value in sorted(set(stage.sun_meshes)):
+        yield _mesh("sun_mesh_stiffness", value, sun)
+    for value in sorted(set(stage.ring_meshes)):
+        yield _mesh("ring_mesh_stiffness", value, ring)
+    planets = tuple(f"planet{number}" for number in range(1, stage.planet_count + 1))
     yield from _bearings(
-        stage,
-        "",
-        ("planet_bearing_radial", "planet_bearing_tangential"),
-        stage.planet_support.stiffness,
-        both="planet_bearing",
+        stage, "planet_bearing", ("radial", "tangential"), planets, stage.planet_support.stiffness
     )
     for name in stage.bodies:
         member = getattr(stage, name)
-        yield from _bearings(member, name, ("bearing_u", "bearing_v"), member.support.stiffness)
+        yield from _bearings(member, "bearing", ("u", "v"), (name,), member.support.stiffness)
         rotary = member.torsional_stiffness is not None
         key = "torsional_stiffness" if rotary else "torsional_support"
         seen = member.torsional_support_at(stage.radius(name))
@@ -196,33 +203,33 @@ def _planetary(stage: PlanetaryStage) -> Iterator[Stiffness]:
 
 
 def _mesh(key: str, value: float, diameter: float) -> Stiffness:
-    return Stiffness(key, f"{value:g} N/m", value, SpringKind.MESH, diameter)
+    return Stiffness(key, f"{value:g} N/m", value, SpringKind.MESH, diameter=diameter)
 
 
 def _rotary(
-    key: str, rotary: float | None, seen: float, kind: SpringKind = SpringKind.ROCKING
+    key: str, rotary: float | None, seen: float, kind: SpringKind, *holds: str
 ) -> Stiffness:
     written = f"{seen:g} N/m"
     if rotary is not None:
         written = f"{rotary:g} N m/rad ({written} at the radius)"
-    return Stiffness(key, written, seen, kind)
+    return Stiffness(key, written, seen, kind, holds)
 
 
 def _bearings(
-    table: Table,
-    name: str,
-    each: tuple[str, str],
-    matrix: tuple[tuple[float, float], tuple[float, float]],
-    both: str = "bearing",
+    table: Table, key: str, directions: tuple[str, str], bodies: tuple[str, ...], matrix: Matrix2
 ) -> Iterator[Stiffness]:
-    """A bearing's two directions: under their own keys, or both under one."""
+    """A bearing's two directions: under keys of their own, or both under one."""
+    prefix = "" if key.startswith("planet") else f"{bodies[0]}."
+    dofs = ("y", "z") if directions == ("y", "z") else ("u", "v")
     (first, _), (_, second) = matrix
-    common = getattr(table, both) is not None
-    for key, value in zip(each, (first, second), strict=True):
-        at = f"{name}.{both if common else key}".removeprefix(".")
-        yield Stiffness(at, f"{value:g} N/m", value, SpringKind.BEARING)
-        if common and first == second:
-            return
+    values = dict(zip(directions, zip(dofs, (first, second), strict=True), strict=True))
+    common = getattr(table, key) is not None
+    if common and first == second:
+        values = {"": ("", first)}
+    for direction, (dof, value) in values.items():
+        held = tuple(f"{body}.{each}" for body in bodies for each in ([dof] if dof else dofs))
+        at = prefix + (key if common else f"{key}_{direction}")
+        yield Stiffness(at, f"{value:g} N/m", value, SpringKind.BEARING, held)
 
 
 def _given(table: Table, *keys: str) -> str:

@@ -31,7 +31,10 @@ RIGID = 1e12
 
 
 def stiffnesses_in_range(part: Part | Coupling) -> Iterator[Finding]:
-    """Stiffnesses that no element of their kind has; 0 is none, and from 1e12 N/m on rigid."""
+    """Stiffnesses that no element of their kind has.
+
+    0 is no spring at all, as it may be where it is no mesh; from 1e12 N/m on it is rigid.
+    """
     for spring in stiffnesses(part):
         low, high = mesh_range(spring.diameter)
         fits = f"; that is a mesh of steel gears {spring.diameter * 1e3:.3g} mm in diameter"
@@ -49,7 +52,9 @@ def mesh_range(diameter: float) -> tuple[float, float]:
 
 
 def _outside(spring: Stiffness, low: float, high: float) -> bool:
-    return 0.0 < spring.value < RIGID and not low <= spring.value <= high
+    if spring.value == 0.0:
+        return spring.kind is SpringKind.MESH  # no torque passes
+    return spring.value < RIGID and not low <= spring.value <= high
 
 
 def _slip(value: float, low: float, high: float) -> str:
