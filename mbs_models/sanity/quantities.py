@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from ..bodies import Body, Matrix2, ParallelGear, Table
+from ..meshing.mesh_tables import TransmissionError
 from ..parameters import Coupling, ParallelStage, Part, PlanetaryStage
 
 
@@ -134,6 +135,24 @@ def lengths(part: Part | Coupling) -> Iterator[Quantity]:
             yield Quantity(f"{name}.base_radius", member.base_radius)
     else:
         yield Quantity("radius", part.radius)
+
+
+def gaps(part: Part | Coupling) -> Iterator[Quantity]:
+    """Backlash of the meshes (m)."""
+    for key in ("mesh_backlash", "sun_mesh_backlash", "ring_mesh_backlash"):
+        value = getattr(part, key, None)
+        if value is not None:
+            yield Quantity(key, value)
+
+
+def transmission_errors(part: Part | Coupling) -> Iterator[Quantity]:
+    """Largest amplitude of each transmission error (m)."""
+    for mesh in ("", "sun_", "ring_"):
+        key = f"{mesh}mesh_transmission_error"
+        table: TransmissionError | None = getattr(part, key, None)
+        if table is not None:
+            largest = max((amplitude for amplitude, _ in table.harmonics), key=abs)
+            yield Quantity(f"{key}.harmonics", largest)
 
 
 def pressure_angles(part: Part | Coupling) -> Iterator[Quantity]:

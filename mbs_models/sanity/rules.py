@@ -10,7 +10,12 @@ from .masses import diametral_inertias_fit_polar, inertias_fit_masses, masses_fi
 from .neighbours import off_their_neighbours
 from .stiffness_ranges import stiffnesses_in_range
 from .tooth_numbers import ring_closes, teeth_fit_radii
-from .units import helix_angles_in_degrees, lengths_in_metres, pressure_angles_in_degrees
+from .units import (
+    gaps_and_errors_in_metres,
+    helix_angles_in_degrees,
+    lengths_in_metres,
+    pressure_angles_in_degrees,
+)
 
 Rule = Callable[[Part | Coupling], Iterable[Finding]]
 
@@ -18,6 +23,7 @@ Rule = Callable[[Part | Coupling], Iterable[Finding]]
 # a radius is wrong itself.
 LENGTHS: tuple[Rule, ...] = (lengths_in_metres,)
 RULES: tuple[Rule, ...] = (
+    gaps_and_errors_in_metres,
     pressure_angles_in_degrees,
     helix_angles_in_degrees,
     teeth_fit_radii,

@@ -7,11 +7,14 @@ from collections.abc import Iterator
 
 from ..parameters import Coupling, Part
 from .finding import Finding
-from .quantities import Quantity, helix_angles, lengths, pressure_angles
+from .quantities import Quantity, gaps, helix_angles, lengths, pressure_angles, transmission_errors
 
 # Radii (m): instrument gears of 1 mm in diameter to girth gears of 16 m. In mm everything from a
 # radius of 10 mm on is above.
 SMALLEST_RADIUS, LARGEST_RADIUS = 5e-4, 10.0
+# Backlash (m): a twentieth of a module as a rule, 5 mm is a girth gear's. Errors: tenths of a mm
+# are a damaged gear's. In mm hundredths of each are above.
+LARGEST_GAP, LARGEST_ERROR = 5e-3, 5e-4
 # Degrees. Standard are 14.5 to 25, working ones of profile-shifted gears 12 to 30. All of them are
 # below 1 in radians.
 SMALLEST_PRESSURE_ANGLE, LARGEST_PRESSURE_ANGLE = 10.0, 40.0
@@ -27,6 +30,15 @@ def lengths_in_metres(part: Part | Coupling) -> Iterator[Finding]:
             if SMALLEST_RADIUS <= length.value / 1000.0 <= LARGEST_RADIUS:
                 reason += f"; {length.value:g} mm are {length.value / 1000.0:g} m"
             yield Finding(part.name, length.key, f"{length.value:g} m", reason)
+
+
+def gaps_and_errors_in_metres(part: Part | Coupling) -> Iterator[Finding]:
+    """Backlash and transmission errors that no gear has in m, and most have in mm or µm."""
+    for found, largest in ((gaps(part), LARGEST_GAP), (transmission_errors(part), LARGEST_ERROR)):
+        for length in found:
+            if abs(length.value) > largest:
+                reason = f"expected at most {largest:g} m; is it in mm or µm?"
+                yield Finding(part.name, length.key, f"{length.value:g} m", reason)
 
 
 def pressure_angles_in_degrees(part: Part | Coupling) -> Iterator[Finding]:

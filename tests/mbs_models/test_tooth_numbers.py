@@ -31,19 +31,17 @@ def pair(z_1: int, z_2: int, r_1: float, r_2: float) -> Drivetrain:
     return with_stage(load("paper"), "reducer", **gears)
 
 
-def planetary(z_s: int, z_p: int, z_r: int, *, planets: int = 4, **keys: Any) -> Drivetrain:
+def planetary(z_s: int, z_p: int, z_r: int, *, planets: int = 4) -> Drivetrain:
     """A planetary stage of module 2 mm and 20°, all digits given."""
     drivetrain = load("lin-parker-4")
     (stage,) = drivetrain.stages
-    tables = {name: getattr(stage, name).model_dump(exclude_unset=True) for name in (
-        "sun", "planet", "ring")}  # fmt: skip
+    gears = ("sun", "planet", "ring")
+    tables = {name: getattr(stage, name).model_dump(exclude_unset=True) for name in gears}
     base = 0.001 * math.cos(math.radians(20.0))
     tables["sun"] |= {"teeth": z_s, "base_radius": base * z_s}
     tables["planet"] |= {"teeth": z_p, "base_radius": base * z_p}
     tables["ring"] |= {"teeth": z_r}
-    return with_stage(
-        drivetrain, "planetary", **tables, pressure_angle=20.0, planets=planets, **keys
-    )
+    return with_stage(drivetrain, "planetary", **tables, pressure_angle=20.0, planets=planets)
 
 
 @pytest.mark.parametrize(

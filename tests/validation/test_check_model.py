@@ -8,6 +8,7 @@ import pytest
 
 from mbs_models.model_file import preset_names, template
 from tests.validation.command_line import call
+from validation.check_model import with_prefix
 
 TABLE_2, TURBINE = template("paper-table2"), template("wind-turbine")
 # 38.7/50.2 = 0.7709, 27/35 = 0.7714; (27 + 97)/4 = 31, and (27 + 98)/5 = 25.
@@ -54,7 +55,9 @@ ODD = {
         ["planetary: ring.teeth = 98: expected z_s + 2 z_p = 97", "sun_pressure_angle"],
     ),
     "a gear's radius in mm": (
-        TABLE_2, "wheel  = { mass = 2.0, base_radius = 0.0", "wheel  = { mass = 2.0, base_radius = ",
+        TABLE_2,
+        "wheel  = { mass = 2.0, base_radius = 0.0",
+        "wheel  = { mass = 2.0, base_radius = ",
         ["reducer: wheel.base_radius = 24 m: expected 0.0005 to 10 m; 24 mm are 0.024 m"],
     ),
     "a hub's radius in mm": (
@@ -68,6 +71,16 @@ ODD = {
     "a helix angle in radians": (
         TURBINE, "helix_angle = 9.391", "helix_angle = 0.1639",
         ["high_speed: helix_angle = 0.1639°: expected 0 or at least 1°", "0.1639 rad are 9.391°"],
+    ),
+    "backlash in mm": (
+        TABLE_2, "\nmesh_stiffness", "\nmesh_backlash = 0.05\nmesh_stiffness",
+        ["reducer: mesh_backlash = 0.05 m: expected at most 0.005 m; is it in mm or µm?"],
+    ),
+    "a transmission error in µm": (
+        TABLE_2,
+        "\nsun_mesh_stiffness",
+        "\nsun_mesh_transmission_error = { harmonics = [[1.5, 0.0]] }\nsun_mesh_stiffness",
+        ["planetary: sun_mesh_transmission_error.harmonics = 1.5 m: expected at most 0.0005 m"],
     ),
     "kg m² for I/r²": (
         TABLE_2, "polar_inertia_over_r2 = 0.1 }", "polar_inertia_over_r2 = 2.56e-5 }",
