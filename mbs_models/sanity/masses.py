@@ -36,7 +36,7 @@ def masses_fit_radii(part: Part | Coupling) -> Iterator[Finding]:
         if not _mass_fits(body):
             disc = STEEL * math.pi * body.radius**3
             reason = (
-                f"expected {THINNEST * disc:.2g} to {THICKEST * disc:.2g} kg for a radius of "
+                f"expected {THINNEST * disc:.3g} to {THICKEST * disc:.3g} kg for a radius of "
                 f"{body.radius:.4g} m (a steel disc {THINNEST:g} to {THICKEST:g} radii thick)"
             )
             yield Finding(part.name, f"{body.name}.mass", f"{body.mass:g} kg", reason)
@@ -92,7 +92,7 @@ def _written(inertia: MomentOfInertia) -> str:
 def _expected(body: Solid, inertia: MomentOfInertia, low: float, high: float) -> str:
     """A range of I/r² in the form that the file has."""
     scale, unit = (1.0, "kg") if inertia.is_reduced else (body.radius**2, "kg m²")
-    return f"expected {scale * low:.2g} to {scale * high:.2g} {unit}"
+    return f"expected {scale * low:.3g} to {scale * high:.3g} {unit}"
 
 
 def _twin(body: Solid) -> str:

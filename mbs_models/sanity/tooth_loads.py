@@ -28,7 +28,7 @@ def teeth_carry_load(drivetrain: Drivetrain, flow: PowerFlow) -> Iterator[Findin
         reason = (
             f"{worst} gives way by {1e3 * deflection:.3g} mm under {flow.mesh_forces[worst]:.3g} N;"
             f" expected at most {1e3 * LARGEST_DEFLECTION:g} mm, that is "
-            f"{abs(torque) * LARGEST_DEFLECTION / deflection:.2g} N m"
+            f"{abs(torque) * LARGEST_DEFLECTION / deflection:.4g} N m"
         )
         yield Finding("operation", "torque", f"{torque:g} N m", reason)
 

@@ -84,21 +84,21 @@ ODD = {
     ),
     "kg m² for I/r²": (
         TABLE_2, "polar_inertia_over_r2 = 0.1 }", "polar_inertia_over_r2 = 2.56e-5 }",
-        ["planetary: planet.polar_inertia_over_r2 = 2.56e-05 kg: expected 0.018 to 0.53 kg for a "
+        ["planetary: planet.polar_inertia_over_r2 = 2.56e-05 kg: expected 0.0177 to 0.531 kg for a "
          "gear of 0.177 kg; it fits planet.polar_inertia (kg m²)"],
     ),
     "I/r² for kg m²": (
         TABLE_2, "polar_inertia_over_r2 = 0.759", "polar_inertia = 0.759",
-        ["planetary: ring.polar_inertia = 0.759 kg m²: expected 0.00092 to 0.0074 kg m² for a "
+        ["planetary: ring.polar_inertia = 0.759 kg m²: expected 0.000922 to 0.00738 kg m² for a "
          "ring of 0.588 kg; it fits ring.polar_inertia_over_r2 (kg)"],
     ),
     "a mass in g": (
         TABLE_2, "carrier = { mass = 3.0", "carrier = { mass = 3000.0",
-        ["planetary: carrier.mass = 3000 kg: expected 0.002 to 2e+02 kg for a radius of 0.04294 m"],
+        ["planetary: carrier.mass = 3000 kg: expected 0.00195 to 195 kg for a radius of 0.04294 m"],
     ),
     "less inertia about a diameter than a disc has": (
         TABLE_2, "diametral_inertia_over_r2 = 0.58", "diametral_inertia_over_r2 = 0.058",
-        ["reducer: pinion.diametral_inertia_over_r2 = 0.058 kg: expected 0.58 to 2e+02 kg"],
+        ["reducer: pinion.diametral_inertia_over_r2 = 0.058 kg: expected 0.58 to 200 kg"],
     ),
     "a mesh in N/mm": (
         TABLE_2, "\nmesh_stiffness = 2.0e8", "\nmesh_stiffness = 2.0e5",
@@ -148,7 +148,7 @@ ODD = {
     "a torque in N mm": (
         TABLE_2, "[operation]", "[operation]\ntorque = 20000.0",
         ["operation: torque = 20000 N m: mesh reducer.pinion – wheel gives way by 4.17 mm under "
-         "8.33e+05 N; expected at most 0.5 mm, that is 2.4e+03 N m"],
+         "8.33e+05 N; expected at most 0.5 mm, that is 2400 N m"],
     ),
 }  # fmt: skip
 
@@ -186,10 +186,21 @@ def test_one_mistake_is_one_warning(
         assert word in line
 
 
+# The marine drive's source has pinions without inertia: theirs is next to none, their mass chosen.
+PINIONS = {
+    "geared-torsional": [
+        "warning: lp_first: pinion.polar_inertia = 1 kg m²: expected 4 to 120 kg m² for a gear "
+        "of 1000 kg",
+        "warning: hp_first: pinion.polar_inertia = 0.5 kg m²: expected 1 to 30 kg m² for a gear of "
+        "1000 kg",
+    ]
+}
+
+
 @pytest.mark.parametrize("preset", preset_names())
 def test_presets_are_not_odd(preset: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert call("check", preset) == 0
-    assert capsys.readouterr().err == ""
+    assert capsys.readouterr().err.splitlines() == PINIONS.get(preset, [])
 
 
 def test_ratios_speeds_and_torques(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -231,8 +242,9 @@ def test_a_torque_without_an_output_is_told_and_speeds_are_printed(
     text = template("geared-torsional").replace("[[inertia]]", operation + "\n[[inertia]]", 1)
     assert check(text, tmp_path) == 0
     captured = capsys.readouterr()
-    assert "needs a reaction at the other end of the drivetrain, but there are 2" in captured.err
-    assert captured.err.count("\n") == 1
+    told = [line for line in captured.err.splitlines() if line not in PINIONS["geared-torsional"]]
+    assert len(told) == 1
+    assert "needs a reaction at the other end of the drivetrain, but there are 2" in told[0]
     assert "  at 100 rpm of propeller (end of speed_range), no torque given:\n" in captured.out
     assert "hp_turbine            7824 rpm\n" in captured.out  # 78.2365 times, as the source has it
 
