@@ -5,7 +5,7 @@
 over the springs' common period T. A multiplier μ, an eigenvalue of what a period makes of (Ωη, η̇),
 with |μ| > 1 makes a motion grow by ln|μ|/T. Motions of rigid bodies strain no spring and are left
 out. Between incommensurate periods there are no multipliers (`NoCommonPeriodError`): each group of
-springs with a common period is asked alone (`common_periods`), the others at their mean.
+springs with a common period is asked alone (`stability_by_period`), the others at their mean.
 
 A period is cut into N steps of h. Between them modes vibrate freely, which is exact; at each the
 springs' variation kicks, η̇ ← η̇ − h Wᵀ D W η (Strang 1968, SIAM J. Numer. Anal. 5, 506–517). With
@@ -122,6 +122,38 @@ def stability(
 
     each(solve, stretches(speeds.size, BLOCK), 64 * BLOCK * 2**16 * speeds.size)
     return Stability(speeds, read_only(growth), read_only(period), modes.left_out, len(modes.omega))
+
+
+def stability_by_period(
+    system: SecondOrderSystem,
+    springs: Sequence[PeriodicSpring],
+    shaft_frequency: ArrayLike,
+    *,
+    highest_hz: float | None = None,
+) -> tuple[tuple[tuple[int, ...], Stability], ...]:
+    """Stability of every group of springs with a common period, the others at their mean.
+
+    What several periods do together is not in it: instabilities at sums of harmonics of different
+    periods, which are of second order in the variations (first order at each alone).
+
+    Parameters
+    ----------
+    system, springs, shaft_frequency, highest_hz
+        As for `stability`.
+
+    Returns
+    -------
+    tuple of (positions in ``springs``, Stability)
+        Groups of springs whose stiffness varies.
+    """
+    varying = [m for m, spring in enumerate(springs) if spring.variation.any()]
+    found = []
+    for group in common_periods([springs[m] for m in varying]):
+        where = tuple(varying[m] for m in group)
+        own = [springs[m] for m in where]
+        result = stability(system, own, shaft_frequency, highest_hz=highest_hz)
+        found.append((where, result))
+    return tuple(found)
 
 
 @dataclass(frozen=True, eq=False)
