@@ -49,6 +49,9 @@ LEAST_STEPS = 64
 """Per period: harmonics of κ below half of it are taken, those above left out."""
 
 LEFT_OUT = 0.01
+"""Share of a spring's flexibility: a mode of that little grows by κ ω/400 at most, in its middle,
+which a damping ratio of κ/400 prevents."""
+
 WINDOW = 256
 """Steps whose kicks are worked out at once."""
 
