@@ -18,7 +18,7 @@ from .errors import ModelError
 from .linearization import LinearizedSystem, linearize
 from .meshing.operating_point import operating_point
 from .meshing.preload import preload
-from .meshing.static_state import mesh_tensions
+from .meshing.static_state import linear_mesh_forces
 from .parameters import Drivetrain, PlanetaryStage
 from .placement import facings, turning
 from .read_back import components
@@ -86,7 +86,7 @@ def power_flow(drivetrain: Drivetrain, speed_rpm: float, torque: float | None) -
     output, tensions = _output(drivetrain, linear, parts), {}
     if torque:
         load, output = preload(drivetrain, linear, parts, torque, operation.output)
-        tensions = mesh_tensions(linear, parts, load)
+        tensions = linear_mesh_forces(linear, parts, load)
     facing = facings(drivetrain)
     way = turning(facing, operation.input) * math.copysign(1.0, speed_rpm)
     speeds = {

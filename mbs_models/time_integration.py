@@ -315,7 +315,10 @@ class _Run:
             raise self._diverged(first + steps, "")
 
     def _diverged(self, step: int, what: str) -> SimulationError:
-        cause = "the motion grows without bound, as in a parametric instability"
+        cause = (
+            "the motion grows without bound, as in a parametric instability, which backlash would "
+            "end: teeth part"
+        )
         if self.integrator.name == RK44:
             cause = f"the step is too long for the stiffness met on the way, or {cause}"
         return SimulationError(

@@ -1,9 +1,9 @@
 """FRF against drive level: up to which force the drivetrain is linear, and FBS applies.
 
-A gearbox is linear at small motion only. Driven harder, its geometry turns (lines of action,
-frames of the bearings) and teeth lift off where there is backlash. The FRF from a multisine is then
-the best linear approximation at that level; where it leaves FBS' FRF, substructuring by FRFs no
-longer applies.
+A gearbox is linear at small motion only. Driven harder, its lines of action tilt as centres move,
+carriers turn the frames of their planets, and teeth lift off where there is backlash. The FRF from
+a multisine, forwards and reversed, is then the best linear approximation at that level; where it
+leaves FBS' FRF, substructuring by FRFs no longer applies.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from fbs import Frf, Quantity, Record
 from mbs_models.drivetrain import MultibodySystem, build_drivetrain
 from mbs_models.excitation import Excitation
 from mbs_models.integration.integrators import TRAPEZOIDAL, Integrator
-from mbs_models.integration.steady_state import steady_start, superposed
+from mbs_models.integration.steady_state import steady_start
 from mbs_models.linearization import linearize
 from mbs_models.meshing.operating_point import OperatingPoint
 from mbs_models.parameters import Drivetrain
@@ -27,6 +27,7 @@ from mbs_models.time_integration import SimulationError, simulate
 
 from ..errors import CommandError
 from .estimates import DECIBEL_TOLERANCE, EstimatedFrfs, compare_with_fbs, multisine_frf, unbent
+from .reversal import odd_part, reversed_excitation
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[str, int, int], None]
@@ -220,37 +221,42 @@ def _level(
     start = steady_start(
         linear, excitation.dof, signal.frequency, signal.spectrum, warped_step(integrator)
     )
-    loads: tuple[Excitation[Signal], ...] = ()
-    if point is not None:
-        start = superposed([start, (point.displacement, np.zeros_like(point.displacement))])
-        loads = point.loads
     size = round(signal.period * sampling_frequency)
     force = signal.samples(size)
     levels = float(np.abs(force).max()), float(np.sqrt(np.mean(force**2)))
-    try:
+    rest = np.zeros((2, len(linear.dofs)))
+    if point is not None:
+        rest[0] = point.displacement
+
+    def run(driving: Excitation[Signal], sign: float) -> FloatArray:
         record = simulate(
             system,
-            (excitation, *loads),
+            (driving, *(point.loads if point else ())),
             duration=PERIODS * signal.period,
             integrator=integrator,
             sampling_frequency=sampling_frequency,
-            start_state=start,
+            start_state=(rest[0] + sign * start[0], rest[1] + sign * start[1]),
             responses=responses,
             record=("velocity",),
         )
+        assert record.velocity is not None
+        return record.velocity
+
+    try:
+        # What changes sign with the force, as in a run at one level.
+        velocity = odd_part(run(excitation, 1.0), run(reversed_excitation(excitation), -1.0))
     except SimulationError:
         return Level(factor, *levels, None, np.inf)
-    assert record.velocity is not None
     steady = Record(
         sampling_frequency,
         signal.samples(size)[:, None],
-        record.velocity[-size:],
+        velocity[-size:],
         (excitation.dof,),
         tuple(responses),
         Quantity.MOBILITY,
     )
-    before = record.velocity[-2 * size : -size]
-    change = np.abs(record.velocity[-size:] - before).max() / np.sqrt(np.mean(before**2))
+    before = velocity[-2 * size : -size]
+    change = np.abs(velocity[-size:] - before).max() / np.sqrt(np.mean(before**2))
     estimate = multisine_frf(steady, signal)
     return Level(
         factor,

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fbs.floquet import stability_by_period
 from fbs.spectra import Spectrum, amplitude_spectrum, line_amplitudes
 from mbs_models.errors import ModelError
 from mbs_models.integration.transient_record import TransientRecord
@@ -20,13 +21,12 @@ from mbs_models.meshing.gear_lines import (
     mesh_tones,
 )
 from mbs_models.meshing.gear_response import MeshLoad, mesh_loads
-from mbs_models.meshing.mesh_excitation import CONSTANT
 from mbs_models.meshing.mesh_phasing import Phasing, phasing
 from mbs_models.meshing.operating_point import OperatingPoint, families
 from mbs_models.meshing.sidebands import expected_sidebands, passing_window, ring_sensor
 from mbs_models.parameters import Drivetrain, PlanetaryStage
 
-from ..floquet import growth_rate, parametric_system
+from ..periodic_meshes import parametric
 
 FloatArray = NDArray[np.float64]
 
@@ -37,7 +37,6 @@ NOTHING_EXCITES = (
 HARMONICS = 6  # of a mesh that are named and followed: as many as the band has
 PASSES = 2  # planet passings either side of a harmonic that are named
 LEAST_TURNS = 4.0  # of a carrier in the measured part: a Hann window's lines are four bins wide
-FLOQUET_HARMONICS, LEAST_FLOQUET = 6.0, 2e4  # modes up to here (Hz) are in Floquet's system
 # Samples transformed at once: spectra of a longer run are averaged, and a sensor hears its end.
 LONGEST_SPECTRUM = 1 << 20
 WINDOW_HARMONICS = 12  # of the transfer path from ring mesh to sensor
@@ -79,24 +78,31 @@ class RingSensor:
 
 @dataclass(frozen=True)
 class Stability:
-    """What Floquet theory says of the varying meshes: the largest growth of a motion (1/s)."""
+    """What Floquet theory says of meshes that vary together: the largest growth of a motion (1/s).
 
-    stage: str
+    ``stages`` are those whose meshes share a period; others are at their mean.
+    """
+
+    stages: tuple[str, ...]
     growth_rate: float
 
     @property
     def in_words(self) -> str:
         """In a sentence."""
+        stages = " and ".join(self.stages)
         if self.growth_rate > 0.0:
             return (
-                f"Parametric instability: with the mesh stiffness of {self.stage} varying like "
-                f"this, Floquet theory on the linear model lets a motion grow by a factor of e in "
-                f"{1.0 / self.growth_rate:.3g} s, until geometry or backlash ends it."
+                f"Parametric instability: with the mesh stiffness of {stages} varying like this, "
+                f"Floquet theory on the linear model lets a motion grow by a factor of e in "
+                f"{1.0 / self.growth_rate:.3g} s, until teeth part."
             )
         return (
-            f"Floquet theory on the linear model: stable, the mesh stiffness of {self.stage} may "
-            f"vary like this; every free motion falls by a factor of e in "
+            f"Floquet theory on the linear model: stable, the mesh stiffness of {stages} may vary "
+            f"like this; every free motion falls by a factor of e in "
             f"{-1.0 / self.growth_rate:.3g} s or less."
+            if self.growth_rate < 0.0
+            else f"Floquet theory on the linear model: the mesh stiffness of {stages} lets no "
+            "motion grow; nothing damps some."
         )
 
 
@@ -120,8 +126,7 @@ class GearRun:
     phasing
         Stage → what each harmonic of its mesh excites, where tooth numbers tell.
     stability
-        By Floquet theory; None where no stiffness varies, or those of several stages do, which
-        have no common period.
+        By Floquet theory, one for each group of stages whose meshes share a period.
     """
 
     point: OperatingPoint
@@ -131,7 +136,7 @@ class GearRun:
     lines: Mapping[str, tuple[MeasuredLine, ...]]
     sensors: tuple[RingSensor, ...]
     phasing: Mapping[str, tuple[Phasing, ...]]
-    stability: Stability | None = None
+    stability: tuple[Stability, ...] = ()
 
     @property
     def excites(self) -> bool:
@@ -178,21 +183,21 @@ def gear_run(
     )
 
 
-def _stability(drivetrain: Drivetrain, point: OperatingPoint) -> Stability | None:
-    varying = {name: law for name, law in point.laws.items() if law.stiffness != CONSTANT}
-    stages = {
-        stage.name
+def _stability(drivetrain: Drivetrain, point: OperatingPoint) -> tuple[Stability, ...]:
+    assert point.speed_rpm is not None
+    periodic = parametric(drivetrain, point)
+    turns = np.array([abs(point.speed_rpm) / 60.0])
+    stage_of = {
+        name: stage.name
         for stage in drivetrain.stages
         for family in families(stage)
-        if not varying.keys().isdisjoint(family.names)
+        for name in family.names
     }
-    if len(stages) != 1:
-        return None
-    (stage,) = stages
-    frequency = point.mesh_frequencies[stage]
-    highest = max(FLOQUET_HARMONICS * frequency, LEAST_FLOQUET)
-    system = parametric_system(drivetrain, varying, highest_hz=highest)
-    return Stability(stage, growth_rate(system, frequency))
+    found = []
+    for group, growth in stability_by_period(periodic.system, periodic.springs, turns):
+        stages = dict.fromkeys(stage_of[periodic.springs[m].name] for m in group)
+        found.append(Stability(tuple(stages), float(growth.growth_rate[0])))
+    return tuple(found)
 
 
 def _phasing(drivetrain: Drivetrain, point: OperatingPoint) -> dict[str, tuple[Phasing, ...]]:

@@ -244,7 +244,7 @@ def _gears(found: Simulation) -> dict[str, Any] | None:
         "speed_rpm": gears.point.speed_rpm,
         "torque_nm": gears.point.torque,
         "mesh_frequencies_hz": dict(gears.point.mesh_frequencies),
-        "stability": None if gears.stability is None else gears.stability.in_words,
+        "stability": [stability.in_words for stability in gears.stability],
         "meshes": [
             {
                 "name": load.name,

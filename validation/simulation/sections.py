@@ -156,8 +156,8 @@ def _levels(levels: DriveLevels) -> Section:
     words = (
         levels.conclusion,
         "Each curve is the best linear approximation at its level: the multisine’s spectrum ratio "
-        "in the last of three periods. A gearbox that is driven harder turns its lines of action "
-        "and lifts its teeth; FBS couples FRFs of small motions about the state as built.",
+        "in the last of three periods. A gearbox that is driven harder tilts its lines of action "
+        "and lifts its teeth; FBS couples FRFs of small motions about the state it is in.",
     )
     return Section("levels", "FRF against drive level", words, (figure,))
 

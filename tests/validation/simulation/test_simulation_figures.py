@@ -56,7 +56,7 @@ def pictures():
     frequency, values, lines = planetary_lines()
     shown = spectrogram(NOISE, RATE, resolution=20.0)
     forces = np.column_stack([1e3 + 100 * NOISE, np.maximum(100 * NOISE, 0.0), -5.0 + NOISE])
-    loads = mesh_loads(("first mesh", "open mesh", "reversed mesh"), forces)
+    loads = mesh_loads(("first mesh", "open mesh", "reversed mesh"), forces, np.sign(forces))
     levels = [
         LevelCurve(force, None if force > 5e3 else FRF, 1e-4 * force, 1e-5 * force)
         for force in (1.0, 30.0, 9e3)
