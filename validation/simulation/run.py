@@ -245,6 +245,7 @@ class PlannedRun:
             self.request.responses or self.linear.dofs,
             self.point,
             self.progress,
+            reverse=self.request.reverse,
         )
 
     def _hints(self, checks: tuple[Check, ...]) -> tuple[str, ...]:
