@@ -323,7 +323,7 @@ def sweep(
     """Vary parameters: an FRF and natural frequencies, as table and report; goes on if stopped."""
     from mbs_models.model_file import load
 
-    from .sweep.executors import check as check_executor
+    from .executors import check as check_executor
     from .sweep.parameters import design
 
     check_executor(executor, workers)
