@@ -105,6 +105,7 @@ class _Reader:
             along[:, None],
             np.array([[item["stiffness"]]]),
             stretch[None],
+            np.array([[item["damping"]]]),
         )
 
     def _bearing(self, item: dict[str, Any]) -> list[Spring]:
@@ -113,7 +114,7 @@ class _Reader:
         support, body = (self._end(marker) for marker in markers)
         axes = np.asarray(markers[0]["localHT"])[:3, :3]
         motion = self._motion(body) - self._motion(support)
-        stiffness = np.asarray(item["stiffness"])
+        stiffness, damping = np.asarray(item["stiffness"]), np.asarray(item["damping"])
         found = []
         for kind, part in ((SpringKind.BEARING, slice(0, 3)), (SpringKind.ROCKING, slice(3, 6))):
             block = stiffness[part, part]
@@ -127,6 +128,7 @@ class _Reader:
                         axes[:, used],
                         block[np.ix_(used, used)],
                         axes[:, used].T @ motion[part],
+                        damping[part, part][np.ix_(used, used)],
                     )
                 )
         return found
@@ -153,4 +155,5 @@ class _Reader:
             axis[:, None],
             np.array([[item["stiffness"]]]),
             stretch[None],
+            np.array([[item["damping"]]]),
         )
