@@ -5,22 +5,29 @@ all springs, and θ_input = 1. A mesh is passed z times per turn of a gear as se
 the mesh's line of action:
 
     parallel stage  f = z |Ω|,    planetary stage  f = z_s |Ω_s − Ω_c| = z_r |Ω_r − Ω_c|
+
+What an order meets and comes close to is in `resonances`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from .components import Components, SpringKind
-from .energy import ComponentShares
-from .mode_kinds import Kind, Mode
+from .errors import ModelError
+from .meshing.mesh_phasing import Phasing, phasing
+from .meshing.mesh_tables import TransmissionError
+from .meshing.waveforms import Waveform
 from .parameters import Drivetrain, ParallelStage, PlanetaryStage
 
 ROTATION = {1: 0, 3: 2, 6: 5}  # which of a body's coordinates turns about the shaft, by their count
-HARMONICS = (1, 2, 3)
+HARMONICS = (1, 2, 3)  # of every mesh: errors of teeth excite them whatever the model says
+HIGHEST_HARMONIC = 10
+TELLING_HARMONIC = 0.01  # of the largest harmonic of the same mesh law
 STANDS_STILL = 1e-9  # of the input's speed
 
 
@@ -36,31 +43,33 @@ class Order:
         Its frequency over the input's.
     harmonics
         Multiples of it that are looked at.
-    bodies, springs
-        What it excites: bodies (a shaft's unbalance) or springs (a stage's meshes).
+    bodies
+        What a shaft's unbalance excites.
+    rows
+        What a stage's meshes excite: springs that push alike, each later than its row's first. In
+        a planetary stage whose planets are alike a row of sun and one of ring meshes; every spring
+        is a row of its own where nothing is known of the others.
+    phases
+        How much later the springs of every row push (mesh periods).
+    phasing
+        What each harmonic, from l = 1, excites; empty where no family is suppressed.
     """
 
     name: str
     factor: float
     harmonics: tuple[int, ...]
     bodies: tuple[str, ...] = ()
-    springs: tuple[str, ...] = ()
+    rows: tuple[tuple[str, ...], ...] = ()
+    phases: tuple[float, ...] = ()
+    phasing: tuple[Phasing, ...] = ()
 
+    def label(self, harmonic: int) -> str:
+        """The order's name with the harmonic's number, where that is not the first."""
+        return f"{self.name} ×{harmonic}" if harmonic > 1 else self.name
 
-@dataclass(frozen=True)
-class Crossing:
-    """Where an order meets a natural frequency.
-
-    ``share`` is the share of the mode's energy in what the order excites: strain energy of the
-    meshes, or kinetic energy of the shaft's bodies.
-    """
-
-    speed_rpm: float
-    frequency_hz: float
-    mode: int
-    order: Order
-    harmonic: int
-    share: float
+    def frequency(self, harmonic: int, speed_rpm: float) -> float:
+        """Hz at a speed of the input, whichever way it turns."""
+        return harmonic * self.factor * abs(speed_rpm) / 60.0
 
 
 def speeds(parts: Components, driven: str) -> dict[str, float]:
@@ -125,13 +134,73 @@ def _mesh_orders(
     for stage in drivetrain.stages:
         passed = teeth_passed(stage, ratio)
         if passed > STANDS_STILL:
-            meshes = tuple(
-                spring.name
-                for spring in parts.springs
-                if spring.kind is SpringKind.MESH
-                and spring.ends[0].body.partition(".")[0] == stage.name
+            rows = _mesh_rows(stage, parts)
+            known = _phasing(stage)
+            phases = _planet_phases(stage) if known else (0.0,)
+            if not known:
+                rows = tuple((name,) for row in rows for name in row)
+            yield Order(
+                f"mesh {stage.name}",
+                passed,
+                mesh_harmonics(stage),
+                rows=rows,
+                phases=phases,
+                phasing=known,
             )
-            yield Order(f"mesh {stage.name}", passed, HARMONICS, springs=meshes)
+
+
+def _mesh_rows(
+    stage: ParallelStage | PlanetaryStage, parts: Components
+) -> tuple[tuple[str, ...], ...]:
+    """A stage's mesh springs by the gear that all of a row have in common."""
+    rows: dict[str, list[str]] = {}
+    for spring in parts.springs:
+        gear = spring.ends[0].body
+        if spring.kind is SpringKind.MESH and gear.partition(".")[0] == stage.name:
+            rows.setdefault(gear, []).append(spring.name)
+    return tuple(tuple(row) for row in rows.values())
+
+
+def _phasing(stage: ParallelStage | PlanetaryStage) -> tuple[Phasing, ...]:
+    if not isinstance(stage, PlanetaryStage):
+        return ()
+    try:
+        return phasing(stage, HIGHEST_HARMONIC)
+    except ModelError:
+        return ()  # planets that differ, or teeth missing: any family may be excited
+
+
+def _planet_phases(stage: ParallelStage | PlanetaryStage) -> tuple[float, ...]:
+    """z_s ψ_n/2π: the ring's −z_r ψ_n/2π are the same, (z_s + z_r) ψ_n/2π being whole."""
+    assert isinstance(stage, PlanetaryStage)
+    assert stage.sun.teeth is not None
+    teeth, first = stage.sun.teeth, stage.angles[0]
+    return tuple(teeth * (angle - first) / (2.0 * math.pi) for angle in stage.angles)
+
+
+def mesh_harmonics(stage: ParallelStage | PlanetaryStage) -> tuple[int, ...]:
+    """Harmonics of a stage's mesh frequency: the first three, and what its mesh laws have.
+
+    A law has those of its first ten that are a hundredth of its largest or more.
+    """
+    found = set(HARMONICS)
+    for law in _mesh_laws(stage):
+        size = {order: abs(law.harmonic(order)) for order in range(1, HIGHEST_HARMONIC + 1)}
+        least = TELLING_HARMONIC * max(size.values())
+        found.update(order for order, value in size.items() if 0.0 < value >= least)
+    return tuple(sorted(found))
+
+
+def _mesh_laws(stage: ParallelStage | PlanetaryStage) -> Iterator[Waveform]:
+    """Stiffness and transmission error over a mesh period."""
+    if isinstance(stage, ParallelStage):
+        yield stage.mesh_variation.waveform
+        errors: tuple[TransmissionError | None, ...] = (stage.mesh_transmission_error,)
+    else:
+        yield stage.sun_mesh_variation.waveform
+        yield stage.ring_mesh_variation.waveform
+        errors = (stage.sun_mesh_transmission_error, stage.ring_mesh_transmission_error)
+    yield from (error.waveform for error in errors if error is not None)
 
 
 def teeth_passed(stage: ParallelStage | PlanetaryStage, ratio: Mapping[str, float]) -> float:
@@ -146,30 +215,3 @@ def teeth_passed(stage: ParallelStage | PlanetaryStage, ratio: Mapping[str, floa
         if teeth is not None:
             return teeth * abs(ratio[f"{stage.name}.{gear}"] - carrier)
     return 0.0
-
-
-def crossings(
-    found: Sequence[Order],
-    modes: Sequence[Mode],
-    shares: ComponentShares,
-    speed_range: tuple[float, float],
-) -> tuple[Crossing, ...]:
-    """Where orders meet natural frequencies within a speed range (rpm), the largest share first."""
-    first, last = speed_range
-    met = []
-    for order in found:
-        energy = _excited(order, shares)
-        for harmonic in order.harmonics:
-            for number, mode in enumerate(modes):
-                speed = 60.0 * mode.frequency_hz / (harmonic * order.factor)
-                if mode.kind != Kind.RIGID_BODY and first <= speed <= last:
-                    share = float(energy[number])
-                    met.append(Crossing(speed, mode.frequency_hz, number, order, harmonic, share))
-    return tuple(sorted(met, key=lambda c: (-round(c.share, 6), c.speed_rpm)))
-
-
-def _excited(order: Order, shares: ComponentShares) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    bodies = [shares.bodies.index(body) for body in order.bodies]
-    springs = [shares.springs.index(spring) for spring in order.springs]
-    energy = shares.strain[springs].sum(axis=0) + shares.kinetic[bodies].sum(axis=0)
-    return np.asarray(energy)

@@ -14,7 +14,7 @@ from mbs_models.linearization import linearize
 from mbs_models.mode_kinds import Kind
 from mbs_models.model_file import dumps, load, loads
 from mbs_models.modes import drivetrain_modes
-from mbs_models.orders import crossings, orders, speeds
+from mbs_models.orders import orders, speeds
 from mbs_models.parameters import Drivetrain
 from mbs_models.read_back import components, drivetrain_components
 from tests.strategies import changed, drivetrains, paper, with_coupling, with_stage
@@ -149,21 +149,6 @@ def test_a_held_input_has_no_orders() -> None:
     carrier = changed(drivetrain.stages[1].carrier, torsional_support=1e8)  # type: ignore[union-attr]
     held = with_stage(drivetrain, "planetary", carrier=carrier.model_dump(exclude_unset=True))
     assert orders(held, drivetrain_components(held)) == ()
-
-
-def test_crossings_lie_on_their_order_and_are_sorted_by_share() -> None:
-    drivetrain = load("paper-table2")
-    parts, modes = drivetrain_components(drivetrain), drivetrain_modes(drivetrain)
-    shares = component_shares(parts, modes)
-    found = orders(drivetrain, parts)
-    met = crossings(found, modes.modes, shares, (0.0, 3000.0))
-    assert met
-    for crossing in met:
-        frequency = crossing.harmonic * crossing.order.factor * crossing.speed_rpm / 60.0
-        assert frequency == pytest.approx(modes.modes[crossing.mode].frequency_hz)
-        assert 0.0 <= crossing.speed_rpm <= 3000.0
-    values = [crossing.share for crossing in met]
-    np.testing.assert_allclose(values, sorted(values, reverse=True), atol=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -12,8 +12,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
-from mbs_models.orders import Crossing, Order, crossings, orders
+from mbs_models.orders import Order, orders
 from mbs_models.parameters import Operation
+from mbs_models.resonances import Crossing, crossings
 
 from ..results import CrossCheck
 from .style import KIND_COLORS, MUTED, ROUTE_COLORS, VERMILLION, WIDTH, styled, svg
@@ -52,7 +53,7 @@ def all_crossings(result: CrossCheck) -> tuple[Crossing, ...]:
     if operation is None:
         return ()
     found = orders(result.drivetrain, result.components)
-    return crossings(found, result.modes.modes, result.component_energy, operation.speed_range)
+    return crossings(found, result.modes, result.components, operation.speed_range)
 
 
 def crossings_document(result: CrossCheck) -> list[dict[str, Any]]:
@@ -112,14 +113,18 @@ def _draw_orders(axes: Axes, found: Sequence[Order], first: float, last: float) 
     speed = np.linspace(first, last, 200)
     labels: list[tuple[float, str, str]] = []
     for number, order in enumerate(found):
-        color = ROUTE_COLORS[number % len(ROUTE_COLORS)] if order.springs else MUTED
+        color = ROUTE_COLORS[number % len(ROUTE_COLORS)] if order.rows else MUTED
         for harmonic in order.harmonics:
             values = harmonic * order.factor * speed / 60.0
-            dashes = {1: "solid", 2: (0, (5, 2)), 3: (0, (2, 2))}[harmonic]
-            axes.plot(speed, values, color=color, ls=dashes, lw=1.4 if order.springs else 1.0)
-            times = f" ×{harmonic}" if harmonic > 1 else ""
-            labels.append((float(values[-1]), f"{order.name}{times}", color))
+            dashes = _dashes(harmonic)
+            axes.plot(speed, values, color=color, ls=dashes, lw=1.4 if order.rows else 1.0)
+            labels.append((float(values[-1]), order.label(harmonic), color))
     _label_ends(axes, sorted(labels))
+
+
+def _dashes(harmonic: int) -> str | tuple[float, tuple[float, ...]]:
+    """Solid for the first harmonic, then as many dots between two dashes as it is above it."""
+    return "solid" if harmonic == 1 else (0.0, (6.0, 2.0, *(1.0, 2.0) * (harmonic - 2)))
 
 
 def _label_ends(axes: Axes, labels: Sequence[tuple[float, str, str]]) -> None:

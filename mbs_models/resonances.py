@@ -1,0 +1,298 @@
+"""Resonances: where orders meet natural frequencies, and how far a speed is from them.
+
+Harmonic l of a mesh frequency pushes mesh n of a row (all sun meshes, or all ring meshes, of a
+planetary stage) like cos(2π l (f t − γ_n)). In mode φ the mesh is stretched by s_n = G_n φ, and
+
+    F = Σ_n k s_n exp(−2πj l γ_n)
+
+is what the row does to the mode: only the part of s that lies along cos 2π l γ_n and sin 2π l γ_n
+counts. With P the projection on these two (one, where 2 l γ_n is whole for all n) the share of the
+mode's strain energy that the harmonic can reach is
+
+    Σ_rows ½ k |P s|² / U,    U the mode's strain energy.
+
+With equally spaced planets γ_n = z_s ψ_n/2π, and P keeps the part of s that goes k = l z_s mod N
+times (or −k times) round the stage. The rules of planet phasing (Parker 2000, J. Sound Vib. 236,
+561–573) follow and need not be asserted: a rotational mode stretches all meshes of a row alike and
+is reached by k = 0 alone, a translational one by k = ±1, a planet mode by the rest. So does what
+they leave open, for modes that several stages share: a harmonic with k ≠ 0 puts no net torque on
+sun, ring and carrier, hence reaches no motion that leaves the stage through its shafts; one with
+k ≠ ±1 no net force, hence none that leaves it through a coupled translation. A shaft's unbalance
+reaches the kinetic energy of the shaft's bodies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .components import Components
+from .mode_kinds import Kind, Modes, mode_groups
+from .orders import Order
+
+FloatArray = NDArray[np.float64]
+
+LEAST_SHARE = 0.01  # of a mode's energy: with less in reach of an order it is no resonance of it
+# A margin of less is called close. API's standards ask 10 % of torsional natural frequencies; at
+# 0.9 and 1.1 of resonance the amplification 1/|1 − (f/f_n)²| is 5.3 and 4.8 whatever the damping
+# (Wang, Feese & Pettinato 2012, Proc. 41st Turbomachinery Symposium).
+CLOSE = 0.10
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """Where an order meets a natural frequency.
+
+    Attributes
+    ----------
+    speed_rpm, frequency_hz
+        Speed of the input, and the natural frequency.
+    mode
+        Index of the mode.
+    order, harmonic
+        What meets it.
+    energy
+        Share of the mode's energy in what the order pushes: strain energy of the stage's meshes, or
+        kinetic energy of the shaft's bodies. Of modes of one frequency: the largest share that any
+        combination of them has.
+    share
+        The part of it that the harmonic can reach; the difference is suppressed by phasing.
+    """
+
+    speed_rpm: float
+    frequency_hz: float
+    mode: int
+    order: Order
+    harmonic: int
+    energy: float
+    share: float
+
+    @property
+    def telling(self) -> bool:
+        """Whether it is a resonance."""
+        return self.share >= LEAST_SHARE
+
+    @property
+    def suppressed(self) -> bool:
+        """Whether it would be one if the planets' meshes pushed in any other phase."""
+        return self.energy >= LEAST_SHARE > self.share
+
+
+@dataclass(frozen=True)
+class Margin:
+    """The nearest resonance of a harmonic of an order at one speed.
+
+    Attributes
+    ----------
+    order, harmonic
+        What excites.
+    order_hz
+        Its frequency at the speed.
+    mode, repeated
+        Index of the mode (the first of those with that frequency), and how many have it.
+    mode_hz, kind
+        Its natural frequency, and what motion it is.
+    share
+        Of the mode's energy that the harmonic reaches.
+    """
+
+    order: Order
+    harmonic: int
+    order_hz: float
+    mode: int
+    repeated: int
+    mode_hz: float
+    kind: Kind
+    share: float
+
+    @property
+    def change(self) -> float:
+        """By how much of itself the speed, and with it the order, must rise to meet it."""
+        return self.mode_hz / self.order_hz - 1.0
+
+    @property
+    def close(self) -> bool:
+        """Whether a change of a tenth or less meets it."""
+        return abs(self.change) <= CLOSE
+
+
+@dataclass(frozen=True)
+class Reach:
+    """Shares (n_mode,) of every mode's energy: in what an order pushes, and within its reach."""
+
+    energy: FloatArray
+    share: FloatArray
+
+
+@dataclass(frozen=True)
+class ModeEnergies:
+    """Mode shapes as energies have them.
+
+    Attributes
+    ----------
+    groups
+        Elastic modes, those of one frequency, kind and stage together: any combination of them is
+        a mode.
+    stretches, motions
+        √k G φ of every spring and √M S φ of every body (m, n_mode): their squares are twice the
+        strain energy, and twice the kinetic energy over ω².
+    strain, kinetic
+        The sums of all (n_mode, n_mode) as quadratic forms.
+    """
+
+    groups: tuple[tuple[int, ...], ...]
+    stretches: Mapping[str, FloatArray]
+    motions: Mapping[str, FloatArray]
+    strain: FloatArray
+    kinetic: FloatArray
+
+
+def mode_energies(modes: Modes, parts: Components) -> ModeEnergies:
+    """Energies of all springs and bodies in a drivetrain's modes."""
+    shapes = modes.shapes[[modes.labels.index(dof) for dof in parts.dofs]]
+    stretches = {s.name: _root(s.stiffness) @ s.deflection @ shapes for s in parts.springs}
+    motions = {b: _root(mass) @ parts.motions[b] @ shapes for b, mass in parts.masses.items()}
+    return ModeEnergies(
+        groups=tuple(_groups(modes)),
+        stretches=stretches,
+        motions=motions,
+        strain=_form(tuple(stretches.values()), len(modes.modes)),
+        kinetic=_form(tuple(motions.values()), len(modes.modes)),
+    )
+
+
+def _groups(modes: Modes) -> Iterator[tuple[int, ...]]:
+    n_rigid = sum(mode.kind == Kind.RIGID_BODY for mode in modes.modes)
+    for repeated in mode_groups(modes.frequencies, n_rigid):
+        alike: dict[tuple[Kind, str], list[int]] = {}
+        for number in repeated:
+            mode = modes.modes[number]
+            home = max(mode.shares.kinetic, key=mode.shares.kinetic.__getitem__)
+            alike.setdefault((mode.kind, home), []).append(number)
+        yield from map(tuple, alike.values())
+
+
+def _root(matrix: FloatArray) -> FloatArray:
+    """R with RᵀR = matrix, of a symmetric semidefinite one."""
+    values, turn = np.linalg.eigh(matrix)
+    root: FloatArray = np.sqrt(np.maximum(values, 0.0))[:, None] * turn.T
+    return root
+
+
+def _form(motions: Sequence[FloatArray], n_mode: int) -> FloatArray:
+    return sum((motion.T @ motion for motion in motions), np.zeros((n_mode, n_mode)))
+
+
+def reach(order: Order, harmonic: int, energies: ModeEnergies) -> Reach:
+    """What a harmonic of an order reaches of every mode; the equation is this module's.
+
+    Of modes with one frequency any combination is a mode: each is given the largest share of all
+    combinations, the largest eigenvalue of cᵀ (part) c / cᵀ (whole) c. Rigid-body modes have none.
+    """
+    n_mode = len(energies.strain)
+    pushed = _form([energies.motions[body] for body in order.bodies], n_mode)
+    reached, whole = pushed, energies.kinetic
+    if order.rows:
+        rows = [np.array([energies.stretches[name] for name in row]) for row in order.rows]
+        basis = _pattern(order.phases, harmonic)
+        pushed = _form([stretch for row in rows for stretch in row], n_mode)
+        reached = _form([s for row in rows for s in np.tensordot(basis.T, row, axes=1)], n_mode)
+        whole = energies.strain
+    energy, share = np.zeros(n_mode), np.zeros(n_mode)
+    for group in energies.groups:
+        own = np.ix_(group, group)
+        energy[list(group)] = _largest_share(pushed[own], whole[own])
+        share[list(group)] = _largest_share(reached[own], whole[own])
+    return Reach(energy, share)
+
+
+def _pattern(phases: Sequence[float], harmonic: int) -> FloatArray:
+    """Orthonormal basis (n, 1 or 2) of cos 2π l γ_n and sin 2π l γ_n."""
+    angle = 2.0 * np.pi * harmonic * np.asarray(phases)
+    u, s, _ = np.linalg.svd(np.column_stack([np.cos(angle), np.sin(angle)]), full_matrices=False)
+    # The sines of N planets are 0, or of the cosines' size: round-off is far from both.
+    basis: FloatArray = u[:, s > 1e-3 * s[0]]
+    return basis
+
+
+def _largest_share(part: FloatArray, whole: FloatArray) -> float:
+    root = np.linalg.inv(np.linalg.cholesky(whole))
+    return float(np.linalg.eigvalsh(root @ part @ root.T)[-1])
+
+
+def crossings(
+    found: Sequence[Order],
+    modes: Modes,
+    parts: Components,
+    speed_range: tuple[float, float],
+) -> tuple[Crossing, ...]:
+    """Where orders meet natural frequencies within a speed range (rpm), the largest share first."""
+    energies = mode_energies(modes, parts)
+    first, last = speed_range
+    met = []
+    for order in found:
+        for harmonic in order.harmonics:
+            reached = reach(order, harmonic, energies)
+            for number, mode in enumerate(modes.modes):
+                speed = 60.0 * mode.frequency_hz / (harmonic * order.factor)
+                if mode.kind != Kind.RIGID_BODY and first <= speed <= last:
+                    energy, share = float(reached.energy[number]), float(reached.share[number])
+                    met.append(
+                        Crossing(speed, mode.frequency_hz, number, order, harmonic, energy, share)
+                    )
+    return tuple(sorted(met, key=lambda c: (-round(c.share, 6), -round(c.energy, 6), c.speed_rpm)))
+
+
+def margins(
+    found: Sequence[Order], modes: Modes, parts: Components, speed_rpm: float
+) -> tuple[Margin, ...]:
+    """The nearest resonance of every harmonic of every order, the closest first.
+
+    A resonance is a mode of which the harmonic reaches a hundredth of the energy or more; what
+    phasing suppresses is none. Harmonics without one are left out.
+
+    Parameters
+    ----------
+    found
+        The orders.
+    modes, parts
+        Of the same drivetrain.
+    speed_rpm
+        Of the input, whichever way it turns; not 0.
+    """
+    energies = mode_energies(modes, parts)
+    nearest = []
+    for order in found:
+        for harmonic in order.harmonics:
+            share = reach(order, harmonic, energies).share
+            candidates = [
+                _margin(order, harmonic, speed_rpm, modes, group, float(share[group[0]]))
+                for group in energies.groups
+                if share[group[0]] >= LEAST_SHARE
+            ]
+            nearest += sorted(candidates, key=lambda margin: abs(margin.change))[:1]
+    return tuple(sorted(nearest, key=lambda margin: abs(margin.change)))
+
+
+def _margin(
+    order: Order,
+    harmonic: int,
+    speed_rpm: float,
+    modes: Modes,
+    group: tuple[int, ...],
+    share: float,
+) -> Margin:
+    mode = modes.modes[group[0]]
+    return Margin(
+        order=order,
+        harmonic=harmonic,
+        order_hz=order.frequency(harmonic, speed_rpm),
+        mode=group[0],
+        repeated=len(group),
+        mode_hz=mode.frequency_hz,
+        kind=mode.kind,
+        share=share,
+    )
