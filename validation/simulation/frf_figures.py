@@ -30,7 +30,7 @@ from ..report.style import (
     styled,
     svg,
 )
-from .record_figures import engineering
+from ..report.digits import engineering
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

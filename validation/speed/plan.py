@@ -170,6 +170,4 @@ def _check_responses(drivetrain: Drivetrain, responses: Sequence[str] | None) ->
     known = label_inertias(drivetrain)
     for label in responses or ():
         if label not in known:
-            raise CommandError(
-                f"--response = {label!r}: no such DoF; known: {', '.join(known)}"
-            )
+            raise CommandError(f"--response = {label!r}: no such DoF; known: {', '.join(known)}")

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fbs.periodic_springs import Lattice, lattice
+from fbs.periodic_springs import Lattice, PeriodicSpring, lattice
 from mbs_models.components import Components, SpringKind
 from mbs_models.drivetrain import build_drivetrain
 from mbs_models.meshing.operating_point import OperatingPoint, families, operating_point
@@ -74,7 +75,7 @@ class Turning:
     parts
         Bodies and springs as exudyn has them.
     lattice
-        The lines of the steady state.
+        The lines of the steady state; None where nothing excites.
     families, bearings
         Of meshes, and what holds the bodies.
     """
@@ -83,7 +84,7 @@ class Turning:
     point: OperatingPoint
     periodic: PeriodicDrivetrain
     parts: Components
-    lattice: Lattice
+    lattice: Lattice | None
     families: tuple[MeshFamily, ...]
     bearings: tuple[Bearing, ...]
 
@@ -98,13 +99,19 @@ class Turning:
         return np.array([spring.static_force for spring in self.periodic.springs])
 
     @property
-    def excited(self) -> bool:
-        """Whether anything excites: a transmission error, or a stiffness that varies under load."""
-        return any(
-            bool(np.any(spring.error))
-            or (spring.static_force != 0.0 and bool(np.any(spring.variation)))
-            for spring in self.periodic.springs
-        )
+    def lines(self) -> Lattice:
+        """The lattice where something excites."""
+        assert self.lattice is not None
+        return self.lattice
+
+
+def excited(springs: Sequence[PeriodicSpring]) -> bool:
+    """Whether anything excites: a transmission error, or a stiffness that varies under load."""
+    return any(
+        bool(np.any(spring.error))
+        or (spring.static_force != 0.0 and bool(np.any(spring.variation)))
+        for spring in springs
+    )
 
 
 def turning(asked: SpeedPlan) -> Turning:
@@ -116,18 +123,17 @@ def turning(asked: SpeedPlan) -> Turning:
         There is no operating point: see `operating_point`.
     """
     drivetrain = asked.drivetrain
-    point = operating_point(
-        drivetrain, speed_rpm=float(asked.speeds[-1]), torque=asked.torque
-    )
+    point = operating_point(drivetrain, speed_rpm=float(asked.speeds[-1]), torque=asked.torque)
     parts = components(build_drivetrain(drivetrain))
     periodic = parametric(drivetrain, point)
+    springs = periodic.springs
     return Turning(
         plan=asked,
         point=point,
         periodic=periodic,
         parts=parts,
-        lattice=lattice(periodic.springs, asked.harmonics),
-        families=mesh_families(drivetrain, tuple(s.name for s in periodic.springs)),
+        lattice=lattice(springs, asked.harmonics) if excited(springs) else None,
+        families=mesh_families(drivetrain, tuple(spring.name for spring in springs)),
         bearings=bearings(parts),
     )
 
