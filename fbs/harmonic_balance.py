@@ -10,7 +10,8 @@ is what the springs do beyond being constant. On the lattice of lines h·f (`Lat
     δ_h = δ_static [h = 0] − Y(h·f) p_h,    Y = Vᵀ H V:
 
 the constant system's receptances between the springs, coupled by a convolution with κ: the harmonic
-transfer matrix (Wereley 1991, Analysis and control of linear periodically time varying systems, MIT).
+transfer matrix (Wereley 1991, Analysis and control of linear periodically time varying systems,
+MIT), in the form (1 + k κ∗ Y) p = k κ∗ (δ_static − e) − (k + jω c) e.
 A motion of rigid bodies strains no spring and is no part of Y, which is therefore finite at 0 Hz.
 """
 
@@ -19,13 +20,29 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-from ._checks import ComplexArray, FloatArray
-from .errors import FbsError
-from .frf import Quantity
-from .periodic_springs import COMBINATIONS, HARMONICS, Lattice, PeriodicSpring
+from ._balance import Balance, Convolution, moved, multiples
+from ._blocks import each, stretches
+from ._checks import ComplexArray, FloatArray, read_only
+from ._spring_receptances import SpringModes, spring_modes
+from .errors import FbsError, first_few
+from .frf import Quantity, as_quantity
+from .periodic_springs import (
+    COMBINATIONS,
+    HARMONICS,
+    IntArray,
+    Lattice,
+    PeriodicSpring,
+    lattice,
+    series_at,
+    shaft_frequencies,
+)
 from .second_order_system import SecondOrderSystem
+
+BLOCK = 8
+"""Speeds solved at once: their blocks' inverses stay in the cache."""
 
 
 class SingularBalanceError(FbsError):
@@ -36,6 +53,19 @@ class SingularBalanceError(FbsError):
     shaft_frequencies : array, shape (n,), 1/s
         All the speeds concerned.
     """
+
+    def __init__(self, shaft_frequencies: ArrayLike) -> None:
+        self.shaft_frequencies = np.atleast_1d(np.asarray(shaft_frequencies, dtype=float))
+        count = self.shaft_frequencies.size
+        super().__init__(
+            f"the balance of periodic springs is singular at {count} "
+            f"speed{'s' if count != 1 else ''} ({first_few(self.shaft_frequencies)} turns/s): they "
+            "lie on the boundary of an instability, where no steady state exists; leave these "
+            "speeds out or add damping"
+        )
+
+    def __reduce__(self) -> tuple[type[SingularBalanceError], tuple[FloatArray]]:
+        return type(self), (self.shaft_frequencies,)
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,12 +102,19 @@ class PeriodicResponse:
     @property
     def frequency(self) -> FloatArray:
         """f_h (n_speed, n_line), Hz."""
-        raise NotImplementedError
+        return line_frequencies(self.shaft_frequency, self.lattice)
 
     @property
     def spring_forces(self) -> ComplexArray:
         """F_h (n_speed, n_line, n_spring), N: the static force included at h = 0."""
-        raise NotImplementedError
+        stiffness, damping, static = (
+            np.array([getattr(spring, key) for spring in self.springs])
+            for key in ("stiffness", "damping", "static_force")
+        )
+        speed = 2j * np.pi * self.frequency[..., None]
+        forces: ComplexArray = (stiffness + speed * damping) * self.deflection + self.excess
+        forces[:, 0] += static
+        return forces
 
 
 def steady_state(
@@ -109,7 +146,32 @@ def steady_state(
         A line lies on an undamped pole of the constant system.
     FbsError, NonFiniteError, IndefiniteMassError, IndefiniteStiffnessError, DefectiveModesError
     """
-    raise NotImplementedError
+    speeds = shaft_frequencies(shaft_frequency)
+    modes = spring_modes(system, springs)
+    lines = lattice(springs, harmonics, combinations)
+    solver = _Solver.of(springs, modes, lines, lattice(springs, harmonics + 2, combinations + 1))
+    shape = (speeds.size, len(lines.points), len(springs))
+    excess, deflection = np.empty(shape, dtype=complex), np.empty(shape, dtype=complex)
+    residual, truncation = np.empty(speeds.size), np.empty(speeds.size)
+    singular = np.zeros(speeds.size, dtype=bool)
+
+    def solve(part: slice) -> None:
+        p, d, residual[part], truncation[part], singular[part] = solver.solve(speeds[part])
+        excess[part], deflection[part] = p.transpose(0, 2, 1), d.transpose(0, 2, 1)
+
+    each(solve, stretches(speeds.size, BLOCK), excess.nbytes * shape[1])
+    if singular.any():
+        raise SingularBalanceError(speeds[singular])
+    return PeriodicResponse(
+        system,
+        tuple(springs),
+        lines,
+        speeds,
+        read_only(excess),
+        read_only(deflection),
+        read_only(residual),
+        read_only(truncation),
+    )
 
 
 def outputs(
@@ -133,5 +195,110 @@ def outputs(
         B.
     quantity
         Of y: ``receptance`` y itself, ``mobility`` ẏ, ``accelerance`` ÿ.
+
+    Raises
+    ------
+    FbsError
+        A or B has another shape.
     """
-    raise NotImplementedError
+    size = len(response.system.dofs)
+    modes = spring_modes(response.system, response.springs)
+    speed = 2j * np.pi * response.frequency[..., None]
+    force = -modes.factors(response.frequency) * (response.excess @ modes.excitation)
+    drift = np.divide(force, speed, out=np.zeros_like(force), where=speed != 0.0)
+    displacement = force @ modes.shapes.T + drift @ modes.rigid_shapes.T
+    value = displacement @ _rows(rows, size, "rows").T
+    if damping_rows is not None:
+        value = value + speed * (displacement @ _rows(damping_rows, size, "damping_rows").T)
+    return np.asarray(speed ** as_quantity(quantity).derivative * value)
+
+
+def line_frequencies(shaft_frequency: FloatArray, lines: Lattice) -> FloatArray:
+    """f_h (n_speed, n_line), Hz."""
+    return np.multiply.outer(shaft_frequency, lines.orders)
+
+
+def _rows(rows: ArrayLike, size: int, name: str) -> FloatArray:
+    matrix = np.asarray(rows, dtype=float)
+    if matrix.ndim != 2 or matrix.shape[1] != size:
+        raise FbsError(f"{name} have shape {matrix.shape}: must be (n_output, {size})")
+    return matrix
+
+
+@dataclass(frozen=True, eq=False)
+class _Errors:
+    """The springs' errors on lines: e_h and, per 1/s of shaft, their rate."""
+
+    lines: ComplexArray
+    rates: ComplexArray
+
+    @classmethod
+    def on(cls, springs: Sequence[PeriodicSpring], steps: IntArray, lines: Lattice) -> _Errors:
+        values = np.array(
+            [
+                2.0 * series_at(spring.error, multiples(lines.points, step))
+                for spring, step in zip(springs, steps, strict=True)
+            ]
+        )
+        return cls(values, 2j * np.pi * lines.orders * values)
+
+
+@dataclass(frozen=True, eq=False)
+class _Solver:
+    """The balance on chosen lines, and the lines next to them that are left out."""
+
+    modes: SpringModes
+    lines: Lattice
+    balance: Balance
+    damping: FloatArray
+    static: FloatArray
+    errors: _Errors
+    dropped_errors: _Errors
+    dropping: Convolution
+
+    @classmethod
+    def of(
+        cls,
+        springs: Sequence[PeriodicSpring],
+        modes: SpringModes,
+        lines: Lattice,
+        more: Lattice,
+    ) -> _Solver:
+        known = {tuple(point) for point in lines.points.tolist()}
+        beyond = [tuple(point) not in known for point in more.points.tolist()]
+        dropped = Lattice(more.points[beyond], lines.fundamentals, lines.steps)
+        static = np.zeros((len(springs), len(lines.points)))
+        static[:, 0] = [spring.static_force / spring.stiffness for spring in springs]
+        return cls(
+            modes,
+            lines,
+            Balance.of(springs, lines),
+            np.array([spring.damping for spring in springs]),
+            static,
+            _Errors.on(springs, lines.steps, lines),
+            _Errors.on(springs, lines.steps, dropped),
+            Convolution.between(springs, lines.steps, dropped.points, lines.points),
+        )
+
+    def solve(
+        self, speeds: FloatArray
+    ) -> tuple[ComplexArray, ComplexArray, FloatArray, FloatArray, NDArray[np.bool_]]:
+        """p, d (n_speed, n_spring, n_line), residual, truncation, and where it is singular."""
+        factors = self.modes.factors(line_frequencies(speeds, self.lines))
+        receptances = self.modes.receptances(factors)
+        pressed = np.broadcast_to(
+            self.static - self.errors.lines, (speeds.size, *self.static.shape)
+        )
+        right = self.balance.vary(pressed) - self._own_force(self.errors, speeds)
+        excess, residual, singular = self.balance.solve(receptances, right)
+        deflection = -moved(receptances, excess)
+        dropped = self.balance.stiffness[:, None] * self.dropping(pressed + deflection)
+        dropped = dropped - self._own_force(self.dropped_errors, speeds)
+        largest = np.abs(excess).max(axis=(1, 2))
+        missed = np.abs(dropped).max(axis=(1, 2)) / np.where(largest > 0.0, largest, 1.0)
+        return excess, deflection, residual, missed, singular
+
+    def _own_force(self, errors: _Errors, speeds: FloatArray) -> ComplexArray:
+        """k e + c ė (n_speed, n_spring, n_line)."""
+        k, c = self.balance.stiffness[:, None], self.damping[:, None]
+        return np.asarray(k * errors.lines + speeds[:, None, None] * (c * errors.rates))

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fbs.periodic_springs import PeriodicSpring
 from fbs.second_order_system import SecondOrderSystem
@@ -18,6 +20,9 @@ from mbs_models.parameters import Drivetrain
 from mbs_models.read_back import components
 
 from .errors import CommandError
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 SERIES = 64  # harmonics of κ and e: a trapezoid's fall as 1/l², to 1e-4 of the first
 
@@ -67,16 +72,17 @@ def parametric(
             continue
         law = point.laws.get(spring.name, MeshLaw())
         stiffness = float(spring.stiffness[0, 0])
+        static_force = point.mesh_forces[spring.name]
         springs.append(
             PeriodicSpring(
                 name=spring.name,
-                vector=law.flank * spring.deflection[0],
+                vector=_pressed(spring.deflection[0], law, static_force, point),
                 stiffness=stiffness,
                 ratio=law.frequency / turns if law.varies else 1.0,
                 variation=_series(law.stiffness, law.phase, series),
                 error=_series(law.transmission_error, law.phase, series),
                 damping=drivetrain.damping.stiffness_proportional * stiffness,
-                static_force=point.mesh_forces[spring.name],
+                static_force=static_force,
             )
         )
     constant = SecondOrderSystem(
@@ -85,8 +91,22 @@ def parametric(
     return PeriodicDrivetrain(constant, tuple(springs))
 
 
-def _series(waveform: Waveform, phase: float, count: int) -> np.ndarray:
+def _pressed(
+    deflection: FloatArray, law: MeshLaw, static_force: float, point: OperatingPoint
+) -> FloatArray:
+    """The deflection, positive where the flanks that carry the mean load are pressed together.
+
+    The static force is positive there; without one the law says which flanks those are.
+    """
+    stretch = float(deflection @ point.displacement)
+    if static_force and stretch:
+        return math.copysign(1.0, stretch * static_force) * deflection
+    return law.flank * deflection
+
+
+def _series(waveform: Waveform, phase: float, count: int) -> ComplexArray:
     """c_l e^{−j2πlγ}: a law that is γ periods late."""
     orders = np.arange(1, count + 1)
     own = np.array([waveform.harmonic(int(order)) for order in orders], dtype=complex)
-    return own * np.exp(-2j * np.pi * orders * phase)
+    late: ComplexArray = own * np.exp(-2j * np.pi * orders * phase)
+    return late
