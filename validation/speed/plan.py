@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +57,10 @@ class SpeedPlan:
         """The body whose speed it is."""
         assert self.drivetrain.operation is not None
         return self.drivetrain.operation.input
+
+    def with_note(self, note: str) -> SpeedPlan:
+        """With one note more."""
+        return replace(self, notes=(*self.notes, note))
 
 
 def plan(

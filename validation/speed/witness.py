@@ -235,10 +235,11 @@ def _checks(found: Witness) -> tuple[Check, ...]:
     relative = np.abs(ratio - 1.0)
     with np.errstate(divide="ignore"):
         decibels = np.abs(20.0 * np.log10(ratio))
+    highest = float(found.frequency[found.judged.any(axis=1)].max())
     reason = (
-        f"the step bends frequencies by at most 1e-4 at {found.frequency[found.judged.any(axis=1)].max():.4g} Hz, "
-        "which moves a line at the flank of a mode of 1 % damping by 0.04 dB; a start that is wrong "
-        "by a tenth has died out to 0.1 %"
+        f"the step bends frequencies by at most 1e-4 at {highest:.4g} Hz, which moves a line at "
+        "the flank of a mode of 1 % damping by 0.04 dB; a start that is wrong by a tenth has died "
+        "out to 0.1 %"
     )
     subject = f"at {found.speed_rpm:.6g} rpm"
     judged = int(found.judged[:, :n].sum()), int(found.judged[:, n:].sum())
