@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .elements import Assembly, Dof, RigidBody
+from .elements import Assembly, Dof, Mesh, RigidBody
 from .errors import ModelError
 from .gear_geometry import Vector
 from .meshing.mesh_excitation import MeshLaw
@@ -46,9 +46,7 @@ class MultibodySystem:
     bodies
         Every rigid body by name; a coupling's hub has the coupling's name.
     meshes
-        exudyn's object of every mesh spring by name, as in `components`.
-    has_backlash
-        Whether a mesh's force has kinks where its teeth part.
+        Every mesh by name, as in `components`.
     """
 
     container: Any
@@ -57,8 +55,12 @@ class MultibodySystem:
     derived: dict[str, tuple[str, float]]
     locked: tuple[tuple[int, int], ...]
     bodies: Mapping[str, RigidBody] = field(default_factory=dict)
-    meshes: Mapping[str, int] = field(default_factory=dict)
-    has_backlash: bool = False
+    meshes: Mapping[str, Mesh] = field(default_factory=dict)
+
+    @property
+    def has_backlash(self) -> bool:
+        """Whether a mesh's force has kinks where its teeth part."""
+        return any(mesh.law.backlash > 0.0 for mesh in self.meshes.values())
 
 
 def build_drivetrain(
@@ -71,8 +73,7 @@ def build_drivetrain(
     drivetrain
         Its parameters.
     meshes
-        Force laws of mesh springs, by name as in `components`; the others are constant springs.
-        Linearise without laws: exudyn differentiates them numerically, at t = 0.
+        Force laws of meshes, by name as in `components`; the others are constant springs.
 
     Raises
     ------
@@ -225,5 +226,4 @@ def _finish(train: _Train) -> MultibodySystem:
         locked=tuple(assembly.locked),
         bodies=train.bodies | train.hubs,
         meshes=dict(assembly.meshes),
-        has_backlash=any(law.backlash > 0.0 for law in assembly.mesh_laws.values()),
     )

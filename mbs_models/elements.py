@@ -1,13 +1,14 @@
-"""The few exudyn items a drivetrain is made of: bodies, bearings, mesh springs, torsion springs.
+"""The few exudyn items a drivetrain is made of: bodies, bearings, meshes, torsion springs.
 
-Nothing here knows gears. Every spring carries the damper c = β k beside it and every inertia the
+Every spring carries the damper c = β k beside it and every inertia the
 damper α M to ground, so that the same element-wise damping reaches the linearised system and the
 time domain.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -22,22 +23,27 @@ from exudyn.utilities import (
     NodePointGround,
     NodeRigidBody2D,
     NodeRigidBodyRxyz,
+    ObjectGenericODE2,
     ObjectGround,
     ObjectRigidBody,
     ObjectRotationalMass1D,
     RigidBody2D,
     RigidBodySpringDamper,
-    SpringDamper,
+    VObjectGenericODE2,
 )
 from numpy.typing import NDArray
 
 from .errors import ModelError
-from .meshing.mesh_excitation import MeshLaw, force_law
+from .meshing.involute_mesh import InvolutePair, gradient, transverse_deflection
+from .meshing.mesh_element import mesh_forces_on_bodies, mesh_jacobian
+from .meshing.mesh_excitation import LawSamples, MeshLaw, mesh_force
+from .offset_moment import offset_jacobian, offset_moment
 from .parameters import Damping
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 ROTATION = {2: 2, 3: 5, 1: 0}  # coordinate of the rotation about the gear axis, by body dimension
+COORDINATES = {3: 6, 2: 3, 1: 1}  # of a body's node, likewise
 
 
 @dataclass(frozen=True)
@@ -53,6 +59,48 @@ class RigidBody:
     def rotation(self) -> int:
         """Index of the rotation about the gear axis among the node's coordinates."""
         return ROTATION[self.dimension]
+
+    @property
+    def coordinates(self) -> int:
+        """How many coordinates its node has."""
+        return COORDINATES[self.dimension]
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Two gears in mesh: exudyn's object, its bodies, and what it computes its force from.
+
+    Attributes
+    ----------
+    object_number
+        exudyn's.
+    bodies
+        First and second gear.
+    pair
+        Their geometry.
+    stiffness, damping
+        k_m (N/m) and c (N s/m).
+    samples
+        The law of the force, at the instants a run asks for.
+    """
+
+    object_number: int
+    bodies: tuple[RigidBody, RigidBody]
+    pair: InvolutePair
+    stiffness: float
+    damping: float
+    samples: LawSamples
+
+    @property
+    def law(self) -> MeshLaw:
+        """The law of its force."""
+        return self.samples.law
+
+    @property
+    def row_at_rest(self) -> Vector:
+        """∂δ/∂q of both bodies' coordinates, as placed."""
+        _, n_x, n_y, _ = transverse_deflection(math, self.pair, 0.0, 0.0, 0.0, 0.0)
+        return np.array(gradient(self.pair, n_x, n_y, self.bodies[0].coordinates))
 
 
 @dataclass(frozen=True)
@@ -78,7 +126,7 @@ class Assembly:
     dofs: dict[str, Dof] = field(default_factory=dict)
     derived: dict[str, tuple[str, float]] = field(default_factory=dict)
     locked: list[tuple[int, int]] = field(default_factory=list)
-    meshes: dict[str, int] = field(default_factory=dict)
+    meshes: dict[str, Mesh] = field(default_factory=dict)
     _ground_object: int = field(init=False)
     _ground_coordinate: int = field(init=False)
 
@@ -152,36 +200,44 @@ class Assembly:
                 useIntrinsicFormulation=False,
             )
         )
+        along = (axes @ stiffness[:3, :3] @ axes.T)[:2, :2]
+        if support is not None and not np.allclose(along, along[0, 0] * np.eye(2), rtol=1e-12):
+            self._offset_moment(support, body, at[:2], along)
 
-    def mesh_spring(
+    def _offset_moment(
+        self, support: RigidBody, body: RigidBody, at: Vector, stiffness: Matrix
+    ) -> None:
+        """What exudyn's bearing leaves out of the moment on its support: see `offset_moment`."""
+        self.mbs.AddObject(
+            ObjectGenericODE2(
+                nodeNumbers=[support.node_number, body.node_number],
+                forceUserFunction=offset_moment(at, stiffness),
+                jacobianUserFunction=offset_jacobian(at, stiffness),
+                visualization=VObjectGenericODE2(show=False),
+            )
+        )
+
+    def mesh(
         self,
         name: str,
         first: RigidBody,
-        first_point: Vector,
         second: RigidBody,
-        second_point: Vector,
+        pair: InvolutePair,
         stiffness: float,
     ) -> None:
-        """A spring between two points of two bodies (each from its centre), unloaded as placed.
-
-        Where there is a law of that ``name`` its force is the law's.
-        """
-        length = np.linalg.norm((second.centre + second_point) - (first.centre + first_point))
-        markers = [
-            self._marker(first.object_number, first_point, np.eye(3)),
-            self._marker(second.object_number, second_point, np.eye(3)),
-        ]
+        """The teeth of two gears, unloaded as placed, with the force law of ``name``."""
+        samples = LawSamples(self.mesh_laws.get(name, MeshLaw()))
         damping = self.damping.stiffness_proportional * stiffness
-        law = self.mesh_laws.get(name)
-        self.meshes[name] = self.mbs.AddObject(
-            SpringDamper(
-                markerNumbers=markers,
-                referenceLength=float(length),
-                stiffness=stiffness,
-                damping=damping,
-                springForceUserFunction=_user_function(law, stiffness, damping) if law else 0,
+        force = mesh_force(stiffness, damping, samples)
+        number = self.mbs.AddObject(
+            ObjectGenericODE2(
+                nodeNumbers=[first.node_number, second.node_number],
+                forceUserFunction=mesh_forces_on_bodies(pair, first.coordinates, force),
+                jacobianUserFunction=mesh_jacobian(pair, first.coordinates, force),
+                visualization=VObjectGenericODE2(show=False),
             )
         )
+        self.meshes[name] = Mesh(number, (first, second), pair, stiffness, damping, samples)
 
     def torsion_spring(
         self, body: RigidBody, stiffness: float, other: RigidBody | None = None
@@ -287,19 +343,3 @@ class Assembly:
         markers = [self._ground_coordinate, self._coordinate_marker(node, coordinate)]
         self.mbs.AddObject(CoordinateConstraint(markerNumbers=markers))
         self.locked.append((node, coordinate))
-
-
-def _user_function(law: MeshLaw, stiffness: float, damping: float) -> Callable[..., float]:
-    """A mesh's force law as exudyn calls it.
-
-    A Python function, not a symbolic one: that would be a third faster with eight meshes, but leaks
-    40 kB each and takes no function that a waveform may be.
-    """
-    tension = force_law(law, stiffness, damping)
-
-    def spring_force(
-        mbs: Any, time: float, item: int, stretch: float, rate: float, *parameters: float
-    ) -> float:
-        return tension(time, stretch, rate)
-
-    return spring_force

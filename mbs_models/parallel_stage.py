@@ -16,7 +16,8 @@ import numpy as np
 
 from .components import mesh_name
 from .elements import Assembly, RigidBody
-from .gear_geometry import Vector, centre_distance, external_mesh, radial
+from .gear_geometry import Vector, centre_distance, radial
+from .meshing.involute_mesh import InvolutePair
 from .parameters import ParallelGear, ParallelStage
 from .placement import Frame, sense
 
@@ -83,17 +84,18 @@ def _add_bearing(assembly: Assembly, gear: ParallelGear, body: RigidBody, frame:
 def _add_mesh(
     assembly: Assembly, stage: ParallelStage, bodies: dict[str, RigidBody], frame: Frame
 ) -> None:
-    alpha, beta = math.radians(stage.pressure_angle), math.radians(stage.helix_angle)
     r_1, r_2 = stage.pinion.base_radius, stage.wheel.base_radius
-    line = external_mesh(r_1, r_2, alpha, angle=alpha)
-    # The tangent points lie r tan α before and behind the pitch point, which is in the mid-plane;
-    # the helix raises the line of action out of it.
-    rise = np.array([0.0, 0.0, math.tan(alpha) * math.tan(beta)])
-    assembly.mesh_spring(
+    x, y, _ = bodies["wheel"].centre - bodies["pinion"].centre
+    assembly.mesh(
         mesh_name(f"{stage.name}.pinion", f"{stage.name}.wheel"),
         bodies["pinion"],
-        frame.direction(line.first_point - r_1 * rise),
         bodies["wheel"],
-        frame.direction(line.second_point + r_2 * rise),
+        InvolutePair(
+            (float(x), float(y)),
+            (r_1, r_2),
+            facing=frame.facing,
+            helix=math.radians(stage.helix_angle),
+            levers=(r_1, -r_2),  # the line of action is y: it touches the base circles at x = ±r
+        ),
         stage.mesh_stiffness,
     )

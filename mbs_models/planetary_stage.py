@@ -11,7 +11,8 @@ import numpy as np
 from .bodies import Bearing
 from .components import mesh_name
 from .elements import Assembly, Matrix, RigidBody
-from .gear_geometry import external_mesh, internal_mesh, radial, tangential
+from .gear_geometry import radial, tangential
+from .meshing.involute_mesh import InvolutePair
 from .parameters import PlanetaryStage
 from .placement import Frame
 
@@ -100,19 +101,16 @@ def _add_meshes(
     number: int,
     frame: Frame,
 ) -> None:
-    planet, angle = bodies[f"planet{number}"], stage.angles[number - 1]
-    r_p = stage.planet.base_radius
-    sun_line = external_mesh(stage.sun.base_radius, r_p, stage.sun_mesh_angle, angle)
-    ring_line = internal_mesh(stage.ring_radius, r_p, stage.ring_mesh_angle, angle)
-    for member, line, stiffness in (
-        ("sun", sun_line, stage.sun_meshes[number - 1]),
-        ("ring", ring_line, stage.ring_meshes[number - 1]),
+    planet, r_p = bodies[f"planet{number}"], stage.planet.base_radius
+    x, y, _ = planet.centre - bodies["carrier"].centre
+    for member, radius, kind, stiffness in (
+        ("sun", stage.sun.base_radius, 1.0, stage.sun_meshes[number - 1]),
+        ("ring", stage.ring_radius, -1.0, stage.ring_meshes[number - 1]),
     ):
-        assembly.mesh_spring(
+        assembly.mesh(
             mesh_name(f"{stage.name}.{member}", f"{stage.name}.planet{number}"),
             bodies[member],
-            frame.direction(line.first_point),
             planet,
-            frame.direction(line.second_point),
+            InvolutePair((float(x), float(y)), (radius, r_p), kind, frame.facing),
             stiffness,
         )

@@ -9,7 +9,9 @@ from numpy.typing import NDArray
 
 from .components import GROUND, Components, End, Spring, SpringKind, mesh_name
 from .drivetrain import MultibodySystem, build_drivetrain
+from .elements import Mesh
 from .linearization import coordinate_transform
+from .meshing.involute_mesh import tangent_points
 from .parameters import Drivetrain
 
 Array = NDArray[np.float64]
@@ -33,7 +35,6 @@ def components(system: MultibodySystem) -> Components:
     )
 
 
-COORDINATES = {3: 6, 2: 3, 1: 1}  # of a body, by its dimension
 AXIAL = np.array([0.0, 0.0, 1.0])
 
 
@@ -45,24 +46,25 @@ class _Reader:
         self.transform = coordinate_transform(system)
         self.by_object = {int(b.object_number): name for name, b in system.bodies.items()}
         self.by_node = {int(b.node_number): name for name, b in system.bodies.items()}
+        self.meshes = {int(mesh.object_number): mesh for mesh in system.meshes.values()}
         self.markers = [self.mbs.GetMarker(i) for i in range(self.mbs.systemData.NumberOfMarkers())]
 
     def rows(self, body: str) -> slice:
         """Where a body's coordinates stand among exudyn's."""
         found = self.system.bodies[body]
         first = self.mbs.GetNodeODE2Index(found.node_number)
-        return slice(first, first + COORDINATES[found.dimension])
+        return slice(first, first + found.coordinates)
 
     def springs(self) -> list[Spring]:
         """Every spring that has a stiffness, in the order they were added."""
         found: list[Spring] = []
         for number in range(self.mbs.systemData.NumberOfObjects()):
             item = self.mbs.GetObject(number)
+            if number in self.meshes:
+                found += self._mesh(self.meshes[number])
             if not np.any(item.get("stiffness", 0.0)):
                 continue
             match item["objectType"]:
-                case "ConnectorSpringDamper":
-                    found.append(self._mesh(item))
                 case "ConnectorRigidBodySpringDamper":
                     found += self._bearing(item)
                 case "ConnectorCoordinateSpringDamper":
@@ -92,21 +94,28 @@ class _Reader:
         own = {3: range(6), 2: (0, 1, 5), 1: (5,)}[body.dimension]
         return rigid[:, list(own)] @ self.transform[self.rows(end.body)]
 
-    def _mesh(self, item: dict[str, Any]) -> Spring:
-        """A mesh by its mean stiffness, whatever force law it has."""
-        first, second = (self._end(self.markers[m]) for m in item["markerNumbers"])
-        along = second.point - first.point
-        along = along / np.linalg.norm(along)
-        stretch = along @ (self._motion(second) - self._motion(first))[:3]
-        return Spring(
-            mesh_name(first.body, second.body),
-            SpringKind.MESH,
-            (first, second),
-            along[:, None],
-            np.array([[item["stiffness"]]]),
-            stretch[None],
-            np.array([[item["damping"]]]),
+    def _mesh(self, mesh: Mesh) -> list[Spring]:
+        """A mesh by its mean stiffness, whatever force law it has, along its deflection δ."""
+        if mesh.stiffness == 0.0:
+            return []
+        names = [self.by_node[int(body.node_number)] for body in mesh.bodies]
+        rows = np.concatenate([self.transform[self.rows(name)] for name in names])
+        first, second = (
+            End(name, body.centre + point)
+            for name, body, point in zip(names, mesh.bodies, tangent_points(mesh.pair), strict=True)
         )
+        along = second.point - first.point
+        return [
+            Spring(
+                mesh_name(*names),
+                SpringKind.MESH,
+                (first, second),
+                (along / np.linalg.norm(along))[:, None],
+                np.array([[mesh.stiffness]]),
+                (mesh.row_at_rest @ rows)[None],
+                np.array([[mesh.damping]]),
+            )
+        ]
 
     def _bearing(self, item: dict[str, Any]) -> list[Spring]:
         """A six-dimensional spring as its translational and its rotational part."""

@@ -35,17 +35,16 @@ from .integration.probes import (
     INITIAL,
     NodeSensors,
     add_force,
-    add_mesh_sensors,
     as_found,
     leader,
     solver_settings,
-    stored_samples,
 )
 from .integration.run_store import Checkpoint, State, open_store, start
 from .integration.start_acceleration import acceleration_of_forces, without_fast_modes
 from .integration.transient_record import MOTIONS, QUANTITIES, RunDescription, TransientRecord
 from .interrupts import interrupts_held
 from .linearization import coordinate_transform, linearize, round_off_force
+from .meshing.mesh_records import mesh_records
 from .signals.lines import Signal
 
 FloatArray = NDArray[np.float64]
@@ -103,7 +102,7 @@ def simulate(
     responses
         Labels whose motion is recorded. None: every DoF.
     record
-        Which of displacement, velocity, acceleration, mesh_forces and energy.
+        Which of displacement, velocity, acceleration, mesh_forces, contact and energy.
     store
         A directory to keep the run in, and to resume it from. None: memory.
     piece
@@ -165,8 +164,9 @@ class _Run:
     ) -> None:
         if unknown := [what for what in recorded if what not in QUANTITIES]:
             raise ModelError(f"record '{unknown[0]}': must be one of {', '.join(QUANTITIES)}")
-        if "mesh_forces" in recorded and not system.meshes:
-            raise ModelError("record 'mesh_forces': the system has no meshes")
+        for what in ("mesh_forces", "contact"):
+            if what in recorded and not system.meshes:
+                raise ModelError(f"record '{what}': the system has no meshes")
         self.system, self.mbs = system, system.mbs
         self.integrator, self.rate, self.stride = integrator, rate, stride
         self._step_rate = rate * stride
@@ -179,11 +179,11 @@ class _Run:
         per_step = INSTANTS_PER_STEP[integrator.name]
         self.loads = _Loads(system, excitations, self._step_rate, per_step)
         derivatives = [MOTIONS.index(what) for what in recorded if what in MOTIONS]
-        if "energy" in recorded:
+        if {"energy", "mesh_forces", "contact"} & set(recorded):
             derivatives += [0, 1]
         self._derivatives = sorted(set(derivatives))
         self._sensors = NodeSensors(system, self._derivatives or [0])
-        self._meshes = add_mesh_sensors(system) if "mesh_forces" in recorded else {}
+        self._per_step = per_step
         self.mbs.Assemble()
 
     def describe(self, samples: int) -> RunDescription:
@@ -193,7 +193,7 @@ class _Run:
             samples=samples,
             labels=self.labels,
             excitations=self.loads.dofs,
-            meshes=tuple(self._meshes),
+            meshes=tuple(self.system.meshes),
             recorded=self.recorded,
             integrator=self.integrator,
         )
@@ -202,10 +202,13 @@ class _Run:
         """The next samples, and where they lead."""
         first, steps = before.samples * self.stride, samples * self.stride
         self.loads.sample(first, steps)
+        begin, rate = first * self._per_step, self._step_rate * self._per_step
+        for mesh in self.system.meshes.values():
+            mesh.samples.sample(begin / rate, rate, steps * self._per_step + 1)
         state = self._with_acceleration(before.state) if first == 0 else before.state
         self._solve(state, first, steps)
         motions = {d: self._motion(d, state, first, steps) for d in self._derivatives}
-        responses = self._responses(motions)
+        responses = self._responses(motions, first)
         after = _state(self.system, CURRENT)
         self._check_bounded(responses, after, first, steps)
         arrays = {what: values[:: self.stride] for what, values in responses.items()}
@@ -260,18 +263,18 @@ class _Run:
             samples[0] = state[-1]
         return samples[:-1]
 
-    def _responses(self, motions: dict[int, FloatArray]) -> dict[str, FloatArray]:
-        found = {}
-        for what in self.recorded:
-            if what in MOTIONS:
-                found[what] = motions[MOTIONS.index(what)] @ self._reading
-            elif what == "mesh_forces":
-                found[what] = self._mesh_forces()
-        return found
-
-    def _mesh_forces(self) -> FloatArray:
-        forces = [stored_samples(self.mbs, sensor)[:-1] for sensor in self._meshes.values()]
-        return np.hstack(forces)
+    def _responses(self, motions: dict[int, FloatArray], first: int) -> dict[str, FloatArray]:
+        found = {
+            what: motions[MOTIONS.index(what)] @ self._reading
+            for what in self.recorded
+            if what in MOTIONS
+        }
+        if {"mesh_forces", "contact"} & set(self.recorded):
+            time = (first + np.arange(len(motions[0]))) / self._step_rate
+            with np.errstate(all="ignore"):  # a run that has diverged is told as that
+                forces, contact = mesh_records(self.system, time, motions[0], motions[1])
+            found |= {"mesh_forces": forces, "contact": contact}
+        return {what: found[what] for what in self.recorded if what in found}
 
     def _energy(self, motions: dict[int, FloatArray]) -> FloatArray:
         """½vᵀMv + ½qᵀKq."""
@@ -435,6 +438,7 @@ def _items(system: MultibodySystem) -> list[Any]:
     """All that exudyn was given, for the fingerprint."""
     mbs, data = system.mbs, system.mbs.systemData
     found: list[Any] = [mbs.GetPreStepUserFunction()]
+    found += [mesh.law for mesh in system.meshes.values()]  # sampled piece by piece
     for number, get in (
         (data.NumberOfNodes(), mbs.GetNode),
         (data.NumberOfObjects(), mbs.GetObject),

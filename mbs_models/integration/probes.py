@@ -9,7 +9,7 @@ from typing import Any
 import exudyn as exu
 import numpy as np
 from exudyn.exudynCPP import NodeIndex
-from exudyn.utilities import LoadCoordinate, MarkerNodeCoordinate, SensorNode, SensorObject
+from exudyn.utilities import LoadCoordinate, MarkerNodeCoordinate, SensorNode
 from numpy.typing import NDArray
 
 from ..drivetrain import MultibodySystem
@@ -98,15 +98,6 @@ def stored_samples(mbs: Any, sensor: Any) -> FloatArray:
     return samples
 
 
-def add_mesh_sensors(system: MultibodySystem) -> dict[str, Any]:
-    """A sensor of the force of each mesh spring (N, tension positive), by the spring's name."""
-    force = exu.OutputVariableType.ForceLocal
-    return {
-        name: add_sensor(system, SensorObject, objectNumber=number, kind=force)
-        for name, number in system.meshes.items()
-    }
-
-
 @contextmanager
 def as_found(system: MultibodySystem) -> Iterator[None]:
     """Take off again what is attached meanwhile, and put the initial state back.
@@ -123,6 +114,8 @@ def as_found(system: MultibodySystem) -> Iterator[None]:
             mbs.DeleteLoad(number)  # and its marker
         for number in reversed(range(sensors, data.NumberOfSensors())):
             mbs.DeleteSensor(number)
+        for mesh in system.meshes.values():
+            mesh.samples.sample(0.0, 0.0, 1)
         mbs.Assemble()
         data.SetSystemState(state, INITIAL)
         data.SetODE2Coordinates_tt(accelerations, INITIAL)

@@ -12,7 +12,7 @@ from .integrators import Integrator
 
 FloatArray = NDArray[np.float64]
 MOTIONS = ("displacement", "velocity", "acceleration")
-QUANTITIES = (*MOTIONS, "mesh_forces", "energy")
+QUANTITIES = (*MOTIONS, "mesh_forces", "contact", "energy")
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class RunDescription:
     def columns(self) -> dict[str, tuple[str, ...]]:
         """Names of the columns of each array; the energy has none."""
         named = {motion: self.labels for motion in MOTIONS}
-        named |= {"mesh_forces": self.meshes, "energy": ()}
+        named |= {"mesh_forces": self.meshes, "contact": self.meshes, "energy": ()}
         return {"forces": self.excitations} | {what: named[what] for what in self.recorded}
 
     def shapes(self) -> dict[str, tuple[int, ...]]:
@@ -74,8 +74,11 @@ class TransientRecord:
     displacement, velocity, acceleration
         (n, n_dof) m, m/s, m/s²; None if not asked for. They may be memory maps.
     meshes, mesh_forces
-        Names of the mesh springs, and (n, n_mesh) the force of each (N), tension positive; None
-        if not asked for.
+        Names of the meshes, and (n, n_mesh) the force of each (N), positive where the loaded
+        flanks press; None if not asked for.
+    contact
+        (n, n_mesh) which flanks touch: 1 the loaded ones, −1 their backs, 0 none; None if not
+        asked for.
     energy
         (n,) J, ½vᵀMv + ½qᵀKq of the linearised system; None if not asked for.
     aliasing
@@ -96,6 +99,7 @@ class TransientRecord:
     acceleration: FloatArray | None = None
     meshes: tuple[str, ...] = ()
     mesh_forces: FloatArray | None = None
+    contact: FloatArray | None = None
     energy: FloatArray | None = None
     aliasing: float = 0.0
     warnings: tuple[str, ...] = ()

@@ -1,30 +1,37 @@
-"""The force law of a mesh that excites: stiffness over time, transmission error, backlash.
+"""The force of a mesh: stiffness over time, transmission error, backlash, damping in the teeth.
 
-With s the stretch of the mesh spring and the flank p = ±1 (the sign of s when the loaded flanks
-press), δ = p s is how far the teeth are pressed together and
+With δ the deflection of the mesh (`involute_mesh`) and the flank p = ±1 (the sign of δ where the
+loaded flanks press), x = p δ − e(t) is how far the teeth are pressed together, b the backlash, and
 
-    p f = k(t) g(δ − e(t)) + c (δ̇ − ė(t)),    k(t) = k_m (1 + κ(τ)),    τ = f_mesh t − γ
+    F = k(t) g(x) + c ẋ  in contact, |x| > b/2 or b = 0,    0 in the gap
+    k(t) = k_m (1 + κ(τ)),    c = β k_m,    τ = f_mesh t − γ
 
 with g the backlash function of Kahraman & Singh (1990, J. Sound Vib. 142, 49–75): g(x) = x − b/2
-above b/2, x + b/2 below −b/2, 0 between. c = β k_m stays what it is without excitation, and acts in
-the gap too, as it does there. e is how far the driving gear runs ahead unloaded. Both flanks act
-along the model's one line of action. The gears themselves do not turn: speed enters by f_mesh.
+above b/2, x + b/2 below −b/2. Teeth that part do not pull: where the damper would, F = 0. F is
+positive where the loaded flanks press. e is how far the driving gear runs ahead unloaded. Both
+flanks act along the model's one line of action. Gears vibrate about their mean rotation, whose
+speed enters by f_mesh.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
 
 from .waveforms import FourierSeries, Waveform
 
-ForceLaw = Callable[[float, float, float], float]  # (t, stretch, its rate) → tension (N)
+FloatArray = NDArray[np.float64]
 CONSTANT = FourierSeries()
+# (t, δ, δ̇) → force along δ (N), and its derivatives by δ and δ̇ (N/m, N s/m).
+MeshForce = Callable[[float, float, float], tuple[float, float, float]]
 
 
 @dataclass(frozen=True)
 class MeshLaw:
-    """What a mesh spring does beyond being a constant spring.
+    """What a mesh does beyond being a constant spring.
 
     Attributes
     ----------
@@ -39,7 +46,7 @@ class MeshLaw:
     backlash
         b (m), along the line of action, from flank to flank.
     flank
-        p = ±1, sign of the spring's stretch when the loaded flanks press.
+        p = ±1, sign of the deflection when the loaded flanks press.
     """
 
     frequency: float = 0.0
@@ -52,27 +59,86 @@ class MeshLaw:
     @property
     def varies(self) -> bool:
         """Whether it changes with time."""
-        return self.frequency != 0.0
+        return self.stiffness != CONSTANT or self.transmission_error != CONSTANT
 
-    def turns(self, time: float) -> float:
-        """τ at an instant (s)."""
-        return self.frequency * time - self.phase
+    def relative_stiffness(self, time: FloatArray) -> FloatArray:
+        """k/k_m at some instants (s)."""
+        return 1.0 + self.stiffness.value(self.frequency * time - self.phase)
 
-    def relative_stiffness(self, time: float) -> float:
-        """k/k_m at an instant (s)."""
-        return 1.0 + self.stiffness.value(self.turns(time))
-
-
-def separation(stretch: float, backlash: float) -> float:
-    """g(x): what is left of a relative motion when the backlash is taken up."""
-    half = 0.5 * backlash
-    if stretch > half:
-        return stretch - half
-    return stretch + half if stretch < -half else 0.0
+    def error(self, time: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """e (m) and ė (m/s) at some instants (s)."""
+        turns = self.frequency * time - self.phase
+        rate: FloatArray = self.frequency * self.transmission_error.slope(turns)
+        return self.transmission_error.value(turns), rate
 
 
-def force_law(law: MeshLaw, stiffness: float, damping: float) -> ForceLaw:
-    """The spring's tension f(t, s, ṡ) (N) under a law; the equation is this module's.
+@dataclass(frozen=True)
+class LawSamples:
+    """k/k_m, e and ė of a law at the instants an integrator asks for; filled piece by piece.
+
+    A waveform costs more than all else of a mesh's force; sampled beforehand it costs a look-up.
+    """
+
+    law: MeshLaw
+    first: list[float] = field(default_factory=lambda: [0.0, 0.0])  # instant (s), and 1/interval
+    stiffness: list[float] = field(default_factory=list)
+    error: list[float] = field(default_factory=list)
+    error_rate: list[float] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.sample(0.0, 0.0, 1)
+
+    def sample(self, first: float, rate: float, count: int) -> None:
+        """Sample at ``count`` instants from ``first`` (s) on, ``rate`` a second."""
+        offsets = np.arange(count) / rate if rate else np.zeros(count)
+        time = first + offsets
+        self.first[:] = first, rate
+        self.stiffness[:] = self.law.relative_stiffness(time).tolist()
+        error, error_rate = self.law.error(time)
+        self.error[:], self.error_rate[:] = error.tolist(), error_rate.tolist()
+
+
+def mesh_force(stiffness: float, damping: float, samples: LawSamples) -> MeshForce:
+    """The force along δ at one instant, with its derivatives; the equation is this module's.
+
+    Parameters
+    ----------
+    stiffness, damping
+        k_m (N/m) and c (N s/m).
+    samples
+        The law at the instants that are asked for.
+    """
+    law = samples.law
+    flank, half, first = law.flank, 0.5 * law.backlash, samples.first
+    relative, errors, rates = samples.stiffness, samples.error, samples.error_rate
+
+    def constant(time: float, deflection: float, rate: float) -> tuple[float, float, float]:
+        return stiffness * deflection + damping * rate, stiffness, damping
+
+    def varying(time: float, deflection: float, rate: float) -> tuple[float, float, float]:
+        at = round((time - first[0]) * first[1])
+        k = stiffness * relative[at]
+        pressed = flank * deflection - errors[at]
+        if -half <= pressed <= half and half > 0.0:
+            return 0.0, 0.0, 0.0
+        side = 1.0 if pressed > 0.0 else -1.0
+        force = k * (pressed - side * half) + damping * (flank * rate - rates[at])
+        if half > 0.0 and force * side < 0.0:
+            return 0.0, 0.0, 0.0
+        return flank * force, k, damping
+
+    return varying if law.varies or half > 0.0 else constant
+
+
+def mesh_forces(
+    law: MeshLaw,
+    stiffness: float,
+    damping: float,
+    time: FloatArray,
+    deflection: FloatArray,
+    rate: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """The force F (N) at many instants, and which flank touches: 1 the loaded one, −1, or 0.
 
     Parameters
     ----------
@@ -80,21 +146,14 @@ def force_law(law: MeshLaw, stiffness: float, damping: float) -> ForceLaw:
         What varies.
     stiffness, damping
         k_m (N/m) and c (N s/m).
+    time, deflection, rate
+        (n,) t (s), δ (m), δ̇ (m/s).
     """
-    frequency, phase, flank, backlash = law.frequency, law.phase, law.flank, law.backlash
-    relative = law.stiffness.value
-
-    def without_error(time: float, stretch: float, rate: float) -> float:
-        k = stiffness * (1.0 + relative(frequency * time - phase))
-        return k * separation(stretch, backlash) + damping * rate
-
-    if law.transmission_error == CONSTANT:
-        return without_error
-    error, slope = law.transmission_error.value, law.transmission_error.slope
-
-    def tension(time: float, stretch: float, rate: float) -> float:
-        turns = frequency * time - phase
-        moved = stretch - flank * error(turns)
-        return without_error(time, moved, rate - flank * frequency * slope(turns))
-
-    return tension
+    error, error_rate = law.error(time)
+    pressed, half = law.flank * deflection - error, 0.5 * law.backlash
+    side = np.sign(pressed) * (np.abs(pressed) > half)
+    elastic = stiffness * law.relative_stiffness(time) * (pressed - side * half)
+    force = elastic + damping * (law.flank * rate - error_rate)
+    if half > 0.0:
+        force = np.where(force * side > 0.0, force, 0.0)
+    return force, side

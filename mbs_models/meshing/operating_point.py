@@ -28,7 +28,7 @@ from .mesh_excitation import CONSTANT, MeshLaw
 from .mesh_phasing import MeshPhases, mesh_phases
 from .mesh_tables import CONSTANT_STIFFNESS, MeshVariation, TransmissionError
 from .preload import Constant, preload
-from .static_state import StaticState, mesh_tensions, static_state
+from .static_state import linear_mesh_forces, static_state
 
 FloatArray = NDArray[np.float64]
 AT_REST: Mapping[str, float] = {}
@@ -53,16 +53,15 @@ class OperatingPoint:
     phases
         Planetary stage → phases of its meshes; of the stages whose meshes vary.
     laws
-        Mesh → its force law, of the meshes that are no constant springs.
+        Mesh → its force law.
     loads
         The torque and its reaction.
     mesh_forces
         Mesh → static force (N), positive where the loaded flanks press.
     dofs, displacement
         Where a run starts: the static equilibrium (n_dof,) in m, with every mesh at its mean.
-    imbalance
-        Largest inertia force of the drivetrain's free motion at the start, of the largest load:
-        what geometry makes of the twist.
+    linear
+        The drivetrain linearised there: what it vibrates like under the torque.
     """
 
     speed_rpm: float | None
@@ -76,7 +75,7 @@ class OperatingPoint:
     mesh_forces: Mapping[str, float]
     dofs: tuple[str, ...]
     displacement: FloatArray
-    imbalance: float
+    linear: LinearizedSystem
 
     @property
     def start_state(self) -> tuple[FloatArray, FloatArray]:
@@ -137,7 +136,7 @@ def operating_point(
     flanks = _flanks(drivetrain, linear, parts, load)
     phases = _phases(drivetrain, turns, flanks)
     laws = _laws(drivetrain, frequencies, phases, flanks)
-    start = _start(drivetrain, linear, parts, load, laws)
+    start = static_state(drivetrain, linear, parts, load, laws)
     return OperatingPoint(
         speed_rpm=speed,
         torque=moment,
@@ -151,10 +150,10 @@ def operating_point(
             for dof, force in zip(linear.dofs, load, strict=True)
             if force
         ),
-        mesh_forces={name: force * flanks[name] for name, force in start.mesh_forces.items()},
+        mesh_forces=start.mesh_forces,
         dofs=linear.dofs,
         displacement=start.displacement,
-        imbalance=start.imbalance,
+        linear=start.linear,
     )
 
 
@@ -257,24 +256,15 @@ def _planet_meshes(stage: PlanetaryStage, member: str) -> tuple[str, ...]:
 def _flanks(
     drivetrain: Drivetrain, linear: LinearizedSystem, parts: Components, load: FloatArray
 ) -> dict[str, float]:
-    """Sign of each mesh spring's stretch when its loaded flanks press.
+    """Sign of each mesh's deflection when its loaded flanks press.
 
-    Without a static force it is taken as positive torque on the stage's first gear would have it:
-    δ of the literature (`gear_geometry`), which shortens the spring of an external mesh and
-    stretches that of an internal one.
+    Without a static force it is 1: positive torque on the stage's first gear.
     """
-    tension = dict.fromkeys((spring.name for spring in parts.springs), 0.0)
-    if np.any(load):
-        tension |= mesh_tensions(linear, parts, load)
-    found: dict[str, float] = {}
-    for stage in drivetrain.stages:
-        for family in families(stage):
-            for name in family.names:
-                pressed = 1.0 if family.key == "ring_mesh" else -1.0
-                if tension.get(name, 0.0) != 0.0:
-                    pressed = math.copysign(1.0, tension[name])
-                found[name] = pressed
-    return found
+    forces = linear_mesh_forces(linear, parts, load) if np.any(load) else {}
+    names = (
+        name for stage in drivetrain.stages for family in families(stage) for name in family.names
+    )
+    return {name: math.copysign(1.0, forces.get(name, 0.0)) for name in names}
 
 
 def _phases(
@@ -286,8 +276,7 @@ def _phases(
         if isinstance(stage, PlanetaryStage) and any(family.varies for family in own):
             # Positive w is counter-clockwise in the stage's frame.
             turning_way = turns[f"{stage.name}.sun"] - turns[f"{stage.name}.carrier"]
-            # A sun that pushes counter-clockwise shortens its mesh springs.
-            pushes = -flanks[own[0].names[0]]
+            pushes = flanks[own[0].names[0]]  # 1: the sun pushes counter-clockwise
             found[stage.name] = mesh_phases(
                 stage, turning=turning_way, sun_drives=pushes * turning_way > 0.0
             )
@@ -303,8 +292,6 @@ def _laws(
     found: dict[str, MeshLaw] = {}
     for stage in drivetrain.stages:
         for family in families(stage):
-            if not (family.varies or family.backlash):
-                continue
             later = [0.0] * len(family.names)
             if family.varies and stage.name in phases:
                 own = phases[stage.name]
@@ -319,13 +306,3 @@ def _laws(
                     flank=flanks[name],
                 )
     return found
-
-
-def _start(
-    drivetrain: Drivetrain,
-    linear: LinearizedSystem,
-    parts: Components,
-    load: FloatArray,
-    laws: Mapping[str, MeshLaw],
-) -> StaticState:
-    return static_state(build_drivetrain(drivetrain), linear, parts, load, laws)

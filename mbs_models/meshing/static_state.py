@@ -1,11 +1,14 @@
 """Static equilibrium of a preloaded drivetrain, flanks pressed: where a run begins without a jerk.
 
-K q = f with the smallest |q| among a free drivetrain's equilibria. With backlash the tension of a
-mesh is k (s − σ b/2), s its stretch and σ = ±1 the flank it presses on, or none in the gap (σ = 0):
-the σ are those of least energy; what then hangs loose in a gap is put into its middle. With the
-σ fixed exudyn's own static residual f is brought to its round-off from there by Newton's method,
-but for M R (RᵀM R)⁻¹ Rᵀf: what geometry leaves unbalanced accelerates the free motions R, and
-spread over the bodies in any other way than by their inertia it would jerk the light ones.
+The start is linear: K q = f with the smallest |q| among a free drivetrain's equilibria. With
+backlash the force of a mesh is k (δ − σ b/2), δ its deflection and σ = ±1 the flank it presses on,
+or none in the gap (σ = 0): the σ are those of least energy; what then hangs loose in a gap is put
+into its middle. From there Newton's method on exudyn's own residual, the meshes at their mean and
+the geometry as it is under the load.
+
+The free motions R strain nothing at any angle and under any load, so that a load that does no work
+on them leaves no residual along them either: what is left there would turn the drivetrain, and is
+refused.
 """
 
 from __future__ import annotations
@@ -17,15 +20,17 @@ from typing import Any
 
 import exudyn as exu
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..components import Components, Spring, SpringKind
-from ..drivetrain import MultibodySystem
+from ..drivetrain import MultibodySystem, build_drivetrain
 from ..errors import ModelError
 from ..interrupts import interrupts_held
 from ..linearization import LinearizedSystem, coordinate_transform, linearize
-from ..orders import free_motions
+from ..orders import STANDS_STILL, free_motions
+from ..parameters import Drivetrain
 from .mesh_excitation import MeshLaw
+from .mesh_records import mesh_records
 
 FloatArray = NDArray[np.float64]
 
@@ -33,11 +38,10 @@ MAX_SEARCH = 100
 HELD_LOOSELY = 1e-6  # share of the closed stiffness that steers the search for contact
 IN_GAP = 1e-6  # of the gap: how far an open mesh may seem beyond it by round-off
 SHARES = tuple(0.5**k for k in range(8))  # of a Newton step
-MAX_NEWTON = 20
+MAX_NEWTON = 50
 CARRIES_NOTHING = 1e-9  # of the load: a mesh force that is round-off
 UNBALANCED = 1e-9  # of the load: work on a free motion that round-off explains
-BEYOND_LINEAR = 0.4  # of the deflection: softly held gears 0.34, equilibria half a turn off 0.49 on
-RESIDUAL = 1e-6  # of the load; round-off of the stiffest bearings leaves 1e-9
+RESIDUAL = 1e-7  # of the load; round-off of the stiffest bearings leaves 1e-9
 
 
 @dataclass(frozen=True)
@@ -49,38 +53,33 @@ class StaticState:
     displacement
         (n_dof,) m.
     mesh_forces
-        Tension of every mesh spring by name (N).
-    residual
-        Largest force that is left in exudyn's own residual and strains something, of the largest
-        load.
-    imbalance
-        Largest inertia force of the free motions, likewise: the loads balance in the undeformed
-        geometry, so that this grows with the square of the twist.
+        Force of every mesh by name (N), positive where the loaded flanks press.
+    linear
+        The drivetrain linearised there: meshes at their mean, open ones without stiffness.
     """
 
     displacement: FloatArray
     mesh_forces: Mapping[str, float]
-    residual: float = 0.0
-    imbalance: float = 0.0
+    linear: LinearizedSystem
 
 
-def mesh_tensions(
+def linear_mesh_forces(
     linear: LinearizedSystem, parts: Components, load: FloatArray
 ) -> dict[str, float]:
-    """Tension of every mesh spring (N) under a load, without backlash; 0 where it is round-off."""
+    """Force of every mesh along δ (N) under a load, without backlash; 0 where it is round-off."""
     free = free_motions(parts)
     _check_balance(free, load)
     motion = _solve(linear.stiffness, free, load)
     nothing = CARRIES_NOTHING * float(np.abs(load).max())
-    tensions = {
+    forces = {
         mesh.name: float(mesh.stiffness[0, 0] * (mesh.deflection[0] @ motion))
         for mesh in _meshes(parts)
     }
-    return {name: force if abs(force) > nothing else 0.0 for name, force in tensions.items()}
+    return {name: force if abs(force) > nothing else 0.0 for name, force in forces.items()}
 
 
 def static_state(
-    system: MultibodySystem,
+    drivetrain: Drivetrain,
     linear: LinearizedSystem,
     parts: Components,
     load: FloatArray,
@@ -90,24 +89,24 @@ def static_state(
 
     Parameters
     ----------
-    system
-        The drivetrain without laws, for this alone: its mesh springs are set to their flanks.
+    drivetrain
+        What is loaded.
     linear, parts
-        The same linearised and read back.
+        The same without laws, linearised and read back.
     load
         (n_dof,) N, conjugate to the DoFs.
     laws
-        Their backlash and flanks.
+        Mesh → law; its backlash and flank count.
 
     Raises
     ------
     ModelError
-        The load turns something that nothing holds, or no equilibrium is found.
+        The load turns something that nothing holds, moves gears out of mesh, or no equilibrium is
+        found.
     """
     if not np.any(load):
         at_rest = np.zeros(len(linear.dofs))
-        forces = {mesh.name: 0.0 for mesh in _meshes(parts)}
-        return StaticState(at_rest, forces)
+        return StaticState(at_rest, dict.fromkeys(laws, 0.0), linear)
     free = free_motions(parts)
     _check_balance(free, load)
     played = [mesh for mesh in _meshes(parts) if mesh.name in laws and laws[mesh.name].backlash]
@@ -115,39 +114,61 @@ def static_state(
     sides = _pressed_flanks(linear.stiffness, free, played, halves, load)
     motion, free = _contact(linear, parts, load, played, sides * halves)
     _check_gaps(motion, played, sides, halves)
-    for mesh, side, half in zip(played, sides, halves, strict=True):
-        _press(system, mesh.name, float(side), float(half))
-    small = motion
-    motion, straining, turning = _settle(system, linear.mass, free, load, small)
-    largest = float(np.abs(load).max())
-    left = float(np.abs(straining).max()) / largest
-    if not left <= RESIDUAL:
+    pressed = {
+        mesh.name: _pressed(laws[mesh.name], float(side))
+        for mesh, side in zip(played, sides, strict=True)
+    }
+    motion, left = _settle(build_drivetrain(drivetrain, pressed), linear.mass, free, load, motion)
+    residual = float(np.abs(left).max() / np.abs(load).max())
+    if not residual <= RESIDUAL:
         raise ModelError(
-            f"static state under the preload: exudyn's residual stays at {left:.1e} of the load "
-            f"({RESIDUAL:g} allowed); the torque is too large for small rotations"
+            f"static state under the preload: no equilibrium; exudyn's residual stays at "
+            f"{residual:.1e} of the load ({RESIDUAL:g} allowed): the load moves gears out of mesh, "
+            "or bearings are too soft for it; check their stiffness, or give a smaller torque"
         )
-    beyond = float(np.abs(motion - small).max() / np.abs(small).max())
-    if not beyond <= BEYOND_LINEAR:
-        raise ModelError(
-            f"static state under the preload: geometry moves it by {beyond:.1e} of the linear "
-            f"deflection ({BEYOND_LINEAR:g} allowed); the torque is too large for small rotations"
-        )
-    forces = spring_forces(system, motion)[1]
-    stretches = _open_stretches(system, motion, played, sides)
-    for mesh, side, half in zip(played, sides, halves, strict=True):
-        closed = abs(stretches.get(mesh.name, 0.0)) > half * (1.0 + IN_GAP)
-        if np.sign(forces[mesh.name]) != side or closed:
+    system = build_drivetrain(drivetrain, at_mean(laws))
+    forces, contact = _mesh_states(system, motion)
+    for mesh, side in zip(played, sides, strict=True):
+        if contact[mesh.name] != side * laws[mesh.name].flank:
             raise ModelError(
                 f"static state under the preload: {mesh.name} does not press as it does in the "
-                "undeformed geometry; the twist decides on its contact: give another torque, or "
-                "less backlash"
+                "undeformed geometry; the deflections decide on its contact: give another torque, "
+                "or less backlash"
             )
-    return StaticState(
-        motion,
-        forces,
-        left,
-        float(np.abs(turning).max()) / largest,
-    )
+    return StaticState(motion, forces, linearized_at(system, motion))
+
+
+@dataclass(frozen=True)
+class _Level:
+    """A waveform that stays where it is."""
+
+    level: float
+    kinks: tuple[float, ...] = ()
+
+    def value(self, turns: ArrayLike) -> FloatArray:
+        return np.full(np.shape(turns), self.level)
+
+    def slope(self, turns: ArrayLike) -> FloatArray:
+        return np.zeros(np.shape(turns))
+
+    def harmonic(self, order: int) -> complex:
+        return 0.0
+
+
+def _pressed(law: MeshLaw, side: float) -> MeshLaw:
+    """A mesh as a spring from one side of its gap, k (δ − σ b/2), or none (σ = 0): no kinks.
+
+    Newton's method would else lose the stiffness of a mesh that hardly presses.
+    """
+    if side == 0.0:
+        return MeshLaw(stiffness=_Level(-1.0))
+    gap = law.flank * side * 0.5 * law.backlash
+    return MeshLaw(transmission_error=_Level(gap), flank=law.flank)
+
+
+def at_mean(laws: Mapping[str, MeshLaw]) -> dict[str, MeshLaw]:
+    """The same meshes without what varies."""
+    return {name: MeshLaw(backlash=law.backlash, flank=law.flank) for name, law in laws.items()}
 
 
 def _contact(
@@ -173,7 +194,8 @@ def _contact(
     held = replace(parts, springs=tuple(s for s in parts.springs if s.name not in names))
     free = free_motions(held)
     _check_balance(free, load + offsets)
-    return _amid_gaps(_solve(stiffness, free, load + offsets), free, apart), free
+    motion = _carriers_at_rest(parts, _solve(stiffness, free, load + offsets), free)
+    return _amid_gaps(motion, free, apart), free
 
 
 def _check_gaps(
@@ -238,29 +260,6 @@ def _pressed_flanks(
     return np.sign(carried)
 
 
-def _press(system: MultibodySystem, mesh: str, side: float, half: float) -> None:
-    """Make a mesh spring k (s − σ b/2), or none in the gap."""
-    mbs, number = system.mbs, system.meshes[mesh]
-    if side == 0.0:
-        mbs.SetObjectParameter(number, "stiffness", 0.0)
-    length = mbs.GetObjectParameter(number, "referenceLength")
-    mbs.SetObjectParameter(number, "referenceLength", length + side * half)
-
-
-def _open_stretches(
-    system: MultibodySystem, motion: FloatArray, played: list[Spring], sides: FloatArray
-) -> dict[str, float]:
-    """How far exudyn's open meshes are stretched in a position (m); their springs come back."""
-    apart = [mesh for mesh, side in zip(played, sides, strict=True) if side == 0.0]
-    if not apart:
-        return {}
-    for mesh in apart:
-        number = system.meshes[mesh.name]
-        system.mbs.SetObjectParameter(number, "stiffness", mesh.stiffness[0, 0])
-    tensions = spring_forces(system, motion)[1]
-    return {mesh.name: tensions[mesh.name] / float(mesh.stiffness[0, 0]) for mesh in apart}
-
-
 def _amid_gaps(motion: FloatArray, free: FloatArray, apart: list[Spring]) -> FloatArray:
     """The motion plus that free one by which open meshes come nearest to their middle."""
     if not apart:
@@ -271,57 +270,64 @@ def _amid_gaps(motion: FloatArray, free: FloatArray, apart: list[Spring]) -> Flo
     return moved
 
 
+def _carriers_at_rest(parts: Components, motion: FloatArray, free: FloatArray) -> FloatArray:
+    """The motion plus that free one by which bodies are displaced least.
+
+    A twisted shaft may turn a gear by radians, which strains nothing; what it turns a carrier by
+    moves planets, and that is where a linear start goes wrong.
+    """
+    rotation = {3: 2, 6: 5}
+    rows = [
+        np.delete(own, rotation[len(own)], axis=0)
+        for own in parts.motions.values()
+        if len(own) in rotation
+    ]
+    displaced = np.concatenate(rows) if rows else np.zeros((1, len(motion)))
+    if np.abs(displaced @ free).max(initial=0.0) < STANDS_STILL:
+        return motion
+    along = np.linalg.lstsq(displaced @ free, -displaced @ motion, rcond=1e-9)[0]
+    moved: FloatArray = motion + free @ along
+    return moved
+
+
 def _settle(
     system: MultibodySystem,
     mass: FloatArray,
     free: FloatArray,
     load: FloatArray,
     motion: FloatArray,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+) -> tuple[FloatArray, FloatArray]:
     """Newton's method on exudyn's residual: the motion where it is smallest, and what is left.
 
-    A step that turns something too far for K to tell is halved until it leads down (Nocedal &
-        Wright 2006, Numerical Optimization, 11.2). Of what is left, first the part that strains
-    something, then the inertia forces of the free motions.
+    A step that moves something too far for K to tell is halved until it leads down (Nocedal &
+    Wright 2006, Numerical Optimization, 11.2). A step does not move along the free motions.
     """
     inertia = mass @ free
     inertia /= np.linalg.norm(inertia, axis=0)
-    accelerating = inertia @ np.linalg.inv(free.T @ inertia)
-
-    def parts_left(at: FloatArray) -> tuple[FloatArray, FloatArray]:
-        residual = spring_forces(system, at)[0] + load
-        turning = accelerating @ (free.T @ residual)
-        return residual - turning, turning
-
-    straining, turning = parts_left(motion)
+    left = forces_at(system, motion) + load
     for _ in range(MAX_NEWTON):
-        if np.abs(straining).max() <= np.finfo(float).eps * np.abs(load).max():
+        if np.abs(left).max() <= np.finfo(float).eps * np.abs(load).max():
             break
-        way = _solve(_stiffness_at(system, motion), free, straining, inertia)
+        way = _solve(linearized_at(system, motion).stiffness, free, left, inertia)
         for share in SHARES:
             moved = motion + share * way
-            next_straining, next_turning = parts_left(moved)
-            fallen = np.linalg.norm(next_straining) / np.linalg.norm(straining)
-            if fallen < 1.0 - 0.1 * share:
+            next_left = forces_at(system, moved) + load
+            if np.linalg.norm(next_left) < (1.0 - 0.1 * share) * np.linalg.norm(left):
                 break
         else:
             break  # round-off
-        motion, straining, turning = moved, next_straining, next_turning
-        if share < 1.0 and np.abs(straining).max() <= RESIDUAL * np.abs(load).max():
-            break  # round-off as well
-    return motion, straining, turning
+        motion, left = moved, next_left
+    return motion, left
 
 
-def _stiffness_at(system: MultibodySystem, motion: FloatArray) -> FloatArray:
-    """K about a position (n_dof, n_dof)."""
+def linearized_at(system: MultibodySystem, motion: FloatArray) -> LinearizedSystem:
+    """M, C and K about a position (n_dof,)."""
     with _placed(system, motion):
-        return linearize(system).stiffness
+        return linearize(system)
 
 
-def spring_forces(
-    system: MultibodySystem, motion: FloatArray
-) -> tuple[FloatArray, dict[str, float]]:
-    """What all springs exert on the DoFs at rest in a position (N), and the meshes' tensions."""
+def forces_at(system: MultibodySystem, motion: FloatArray) -> FloatArray:
+    """What all springs and meshes exert on the DoFs at rest in a position (N)."""
     mbs, transform = system.mbs, coordinate_transform(system)
     settings = exu.SimulationSettings()
     settings.solution.file.write = False
@@ -331,12 +337,22 @@ def spring_forces(
         solver.InitializeSolver(mbs, settings)
         solver.ComputeODE2RHS(mbs)
         forces = np.asarray(solver.GetSystemResidual())[: len(transform)]
-        tensions = {
-            name: float(mbs.GetObjectOutput(number, exu.OutputVariableType.ForceLocal))
-            for name, number in system.meshes.items()
-        }
         solver.FinalizeSolver(mbs, settings)
-    return transform.T @ forces, tensions
+    on_dofs: FloatArray = transform.T @ forces
+    return on_dofs
+
+
+def _mesh_states(
+    system: MultibodySystem, motion: FloatArray
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Force (N) and touching flank of every mesh at rest in a position."""
+    position = (coordinate_transform(system) @ motion)[None]
+    forces, contact = mesh_records(system, np.zeros(1), position, np.zeros_like(position))
+    names = tuple(system.meshes)
+    return (
+        dict(zip(names, forces[0].tolist(), strict=True)),
+        dict(zip(names, contact[0].tolist(), strict=True)),
+    )
 
 
 @contextmanager

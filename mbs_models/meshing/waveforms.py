@@ -1,24 +1,25 @@
-"""Functions of period 1 without a mean: what a mesh's stiffness and error are over a mesh period.
-
-They are evaluated at every stage of every integration step, one instant at a time: plain floats.
-"""
+"""Functions of period 1 without a mean: a mesh's stiffness and error over a mesh period."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+FloatArray = NDArray[np.float64]
 
 
 class Waveform(Protocol):
     """A function of τ with period 1 and mean 0."""
 
-    def value(self, turns: float) -> float:
-        """Its value at τ."""
+    def value(self, turns: ArrayLike) -> FloatArray:
+        """Its values at some τ."""
 
-    def slope(self, turns: float) -> float:
-        """Its derivative by τ."""
+    def slope(self, turns: ArrayLike) -> FloatArray:
+        """Its derivative by τ at some τ."""
 
     def harmonic(self, order: int) -> complex:
         """c_l of Re Σ c_l exp(j2π l τ), l = 1, 2, …"""
@@ -41,24 +42,20 @@ class FourierSeries:
     amplitudes: tuple[float, ...] = ()
     phases: tuple[float, ...] = ()
 
-    @cached_property
-    def _terms(self) -> tuple[tuple[float, float, float], ...]:
-        pairs = zip(self.amplitudes, self.phases, strict=True)
-        return tuple((a, 2.0 * math.pi * order, p) for order, (a, p) in enumerate(pairs, start=1))
+    def value(self, turns: ArrayLike) -> FloatArray:
+        """Its values at some τ."""
+        values = np.zeros(np.shape(turns))
+        for order, (a, phase) in enumerate(zip(self.amplitudes, self.phases, strict=True), 1):
+            values = values + a * np.cos(2.0 * np.pi * order * np.asarray(turns) + phase)
+        return values
 
-    def value(self, turns: float) -> float:
-        """Its value at τ."""
-        value = 0.0
-        for a, w, p in self._terms:
-            value += a * math.cos(w * turns + p)
-        return value
-
-    def slope(self, turns: float) -> float:
-        """Its derivative by τ."""
-        slope = 0.0
-        for a, w, p in self._terms:
-            slope -= a * w * math.sin(w * turns + p)
-        return slope
+    def slope(self, turns: ArrayLike) -> FloatArray:
+        """Its derivative by τ at some τ."""
+        values = np.zeros(np.shape(turns))
+        for order, (a, phase) in enumerate(zip(self.amplitudes, self.phases, strict=True), 1):
+            w = 2.0 * np.pi * order
+            values = values - a * w * np.sin(w * np.asarray(turns) + phase)
+        return values
 
     def harmonic(self, order: int) -> complex:
         """A_l exp(jφ_l)."""
@@ -96,22 +93,23 @@ class Trapezoid:
     transition: float
     phase: float = 0.0
 
-    def value(self, turns: float) -> float:
-        """Its value at τ."""
-        return self.height * (self._raised(turns) - self.share)
+    def value(self, turns: ArrayLike) -> FloatArray:
+        """Its values at some τ."""
+        raised: FloatArray = self.height * (np.clip(self._ramp(turns), 0.0, 1.0) - self.share)
+        return raised
 
-    def _raised(self, turns: float) -> float:
-        """0 where low, 1 where high."""
-        from_middle = abs((turns - self.phase + 0.5) % 1.0 - 0.5)
-        ramp = (from_middle - 0.5 * (1.0 - self.share)) / self.transition + 0.5
-        return 0.0 if ramp < 0.0 else 1.0 if ramp > 1.0 else ramp
+    def _ramp(self, turns: ArrayLike) -> FloatArray:
+        """Below 0 where low, above 1 where high, between them on a ramp."""
+        from_middle = np.abs((np.asarray(turns) - self.phase + 0.5) % 1.0 - 0.5)
+        ramp: FloatArray = (from_middle - 0.5 * (1.0 - self.share)) / self.transition + 0.5
+        return ramp
 
-    def slope(self, turns: float) -> float:
-        """Its derivative by τ."""
-        if not 0.0 < self._raised(turns) < 1.0:
-            return 0.0
-        rising = (turns - self.phase) % 1.0 < 0.5
-        return (1.0 if rising else -1.0) * self.height / self.transition
+    def slope(self, turns: ArrayLike) -> FloatArray:
+        """Its derivative by τ at some τ."""
+        ramp = self._ramp(turns)
+        way = np.where((np.asarray(turns) - self.phase) % 1.0 < 0.5, 1.0, -1.0)
+        on_ramp = (ramp > 0.0) & (ramp < 1.0)
+        return np.where(on_ramp, way * self.height / self.transition, 0.0)
 
     def harmonic(self, order: int) -> complex:
         """−2h sin(π l (1−d)) sin(π l s)/((π l)² s), s the transition, turned by the phase."""

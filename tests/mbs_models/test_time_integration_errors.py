@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from mbs_models import elements
 from mbs_models.drivetrain import build_drivetrain
 from mbs_models.errors import ModelError
 from mbs_models.excitation import Excitation
 from mbs_models.integration.integrators import RK44, TRAPEZOIDAL, stable_step
 from mbs_models.linearization import linearize
 from mbs_models.locking import lock_dofs
-from mbs_models.meshing.mesh_excitation import MeshLaw
+from mbs_models.meshing.mesh_excitation import LawSamples, MeshForce, MeshLaw
 from mbs_models.meshing.waveforms import FourierSeries
 from mbs_models.model_file import load
 from mbs_models.time_integration import SimulationError, simulate
@@ -83,20 +84,23 @@ def test_a_step_without_a_solution_is_named() -> None:
         simulate(planetary(), [hammer], duration=2e-3, integrator=by(TRAPEZOIDAL, 1e-5))
 
 
-@dataclass(frozen=True)
-class _Interrupting(FourierSeries):
-    """As if Ctrl-C were pressed while a force law is computed."""
+def test_an_interrupt_is_one_and_leaves_the_system_as_it_was(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As if Ctrl-C were pressed while a mesh's force is computed: it ends exudyn's solver, and is
+    raised when that has returned.
+    """
 
-    def value(self, turns: float) -> float:
-        if turns > 0.5:
-            signal.raise_signal(signal.SIGINT)
-        return 0.0
+    def interrupting(stiffness: float, damping: float, samples: LawSamples) -> MeshForce:
+        def force(time: float, deflection: float, rate: float) -> tuple[float, float, float]:
+            if time > 5e-4:
+                signal.raise_signal(signal.SIGINT)
+            return stiffness * deflection, stiffness, damping
 
+        return force
 
-def test_an_interrupt_is_one_and_leaves_the_system_as_it_was() -> None:
-    """It ends exudyn's solver, and is raised when that has returned."""
-    law = MeshLaw(frequency=1000.0, stiffness=_Interrupting())
-    system = build_drivetrain(load("lin-parker-4"), {"mesh planetary.sun – planet1": law})
+    monkeypatch.setattr(elements, "mesh_force", interrupting)
+    system = build_drivetrain(load("lin-parker-4"))
     with pytest.raises(KeyboardInterrupt):
         simulate(system, [at(SUN)], duration=2e-3, integrator=by(RK44, 1e-5))
     assert system.mbs.systemData.NumberOfLoads() == 0
