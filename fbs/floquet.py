@@ -13,9 +13,8 @@ springs' variation kicks, η̇ ← η̇ − h Wᵀ D W η (Strang 1968, SIAM J. 
     D = (1 − h²/12 κ W Wᵀ) κ,    κ = diag κ_m,
 
 the eigenvalues of the product are right to h⁴ (Takahashi & Imada 1984, J. Phys. Soc. Jpn 53,
-3765–3769: what is left at h² is a change of variables; for a single spring D makes the step's trace
-2 − h²k + h⁴k²/12 that of 2 cos(h√k)). To first order in κ they are exact: kicks are κ with harmonics
-near N added, which meet no sum of two natural frequencies.
+3765–3769): what is left at h² is a change of variables. To first order in κ they are exact: kicks
+are κ with harmonics near N added, which meet no sum of two natural frequencies.
 
 Modes left out follow at once, as springs: κ is then (1 + κ R)⁻¹ κ, R = Σ_r w_r w_rᵀ/ω_r² over them.
 """
@@ -169,9 +168,8 @@ class _Modes:
         else:
             kept = omega <= 2.0 * np.pi * highest_hz
         if not kept.any():
-            raise FbsError(
-                f"no mode up to {highest_hz:g} Hz: the lowest is {modes.natural_frequencies[modes.n_rigid]:g} Hz"
-            )
+            lowest = omega.min(initial=np.inf) / (2.0 * np.pi)
+            raise FbsError(f"no mode up to {highest_hz} Hz: the lowest is {lowest:g} Hz")
         left = rows[:, ~kept] / omega[~kept]
         damping = modal_damping(modes, system.damping)[modes.n_rigid :, modes.n_rigid :]
         return cls(omega[kept], damping[np.ix_(kept, kept)], rows[:, kept], left @ left.T)
@@ -232,7 +230,7 @@ class _Kicks:
             below = 2 * orders < count
             waves = np.exp(2j * np.pi * np.multiply.outer(turns, orders[below]))
             varying[:, m, m] = (waves @ coefficients[below]).real
-        return np.linalg.solve(np.eye(size) + varying @ self.modes.residual, varying)
+        return np.asarray(np.linalg.solve(np.eye(size) + varying @ self.modes.residual, varying))
 
     def _corrected(self, varying: FloatArray, step: FloatArray) -> FloatArray:
         """D (n_speed, count, n_spring, n_spring)."""
