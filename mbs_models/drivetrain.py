@@ -90,14 +90,17 @@ def build_drivetrain(
     return _finish(train)
 
 
-def build_stage(drivetrain: Drivetrain, name: str) -> MultibodySystem:
+def build_stage(
+    drivetrain: Drivetrain, name: str, meshes: Mapping[str, MeshLaw] | None = None
+) -> MultibodySystem:
     """Build one stage (or inertia) alone, with its half of every hub it is coupled by.
 
     The hub's half hangs on the stage's own spring of the coupling; ``<coupling>.w`` is the
     interface DoF on both sides of the cut (seed paper, Eqs. 6 and 10). A massless hub is cut at its
-    rigid end: its spring is the joint, in neither of the two. Translations are joints too.
+    rigid end: its spring is the joint, in neither of the two. Translations are joints too. Laws in
+    ``meshes`` of other stages' meshes are left aside.
     """
-    train = _Train(drivetrain, {})
+    train = _Train(drivetrain, meshes or {})
     train.add_part(drivetrain.part(name))
     for coupling in drivetrain.couplings:
         train.add_hub(coupling, share=0.5)

@@ -43,6 +43,7 @@ from .parameters import Damping
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 ROTATION = {2: 2, 3: 5, 1: 0}  # coordinate of the rotation about the gear axis, by body dimension
+HELD = 1e12  # times a locked coordinate's own inertia
 COORDINATES = {3: 6, 2: 3, 1: 1}  # of a body's node, likewise
 
 
@@ -157,8 +158,7 @@ class Assembly:
             ObjectRigidBody(mass=mass, inertia=[*inertia, 0.0, 0.0, 0.0], nodeNumber=node)
         )
         body = RigidBody(number, node, centre, dimension=3)
-        for coordinate in (0, 3):
-            self._lock(node, coordinate)
+        self._lock(body, (mass, 0.0, 0.0, diametral_inertia, 0.0, 0.0))
         self._mass_damping(body, (mass, mass, mass, *inertia))
         return body
 
@@ -339,7 +339,24 @@ class Assembly:
             for coordinate, inertia in enumerate(inertias):
                 self._coordinate_damper(body.node_number, coordinate, alpha * inertia)
 
-    def _lock(self, node: int, coordinate: int) -> None:
-        markers = [self._ground_coordinate, self._coordinate_marker(node, coordinate)]
-        self.mbs.AddObject(CoordinateConstraint(markerNumbers=markers))
-        self.locked.append((node, coordinate))
+    def _lock(self, body: RigidBody, inertias: Sequence[float]) -> None:
+        """Hold the coordinates that have an inertia here.
+
+        A constraint to ground holds them in implicit steps; explicit ones put them back to zero
+        only at their end. Between an explicit step's stages they would move, and make it one of
+        first order: a great inertia keeps them from it.
+        """
+        for coordinate in np.flatnonzero(inertias).tolist():
+            markers = [
+                self._ground_coordinate,
+                self._coordinate_marker(body.node_number, coordinate),
+            ]
+            self.mbs.AddObject(CoordinateConstraint(markerNumbers=markers))
+            self.locked.append((body.node_number, coordinate))
+        self.mbs.AddObject(
+            ObjectGenericODE2(
+                nodeNumbers=[body.node_number],
+                massMatrix=HELD * np.diag(inertias),
+                visualization=VObjectGenericODE2(show=False),
+            )
+        )

@@ -132,9 +132,8 @@ def _mesh_orders(
     drivetrain: Drivetrain, parts: Components, ratio: Mapping[str, float]
 ) -> Iterator[Order]:
     for stage in drivetrain.stages:
-        passed = teeth_passed(stage, ratio)
-        if passed > STANDS_STILL:
-            rows = _mesh_rows(stage, parts)
+        passed, rows = teeth_passed(stage, ratio), _mesh_rows(stage, parts)
+        if rows and passed > STANDS_STILL:
             known = _phasing(stage)
             phases = _planet_phases(stage) if known else (0.0,)
             if not known:

@@ -137,31 +137,37 @@ class ModeEnergies:
         Elastic modes, those of one frequency, kind and stage together: any combination of them is
         a mode.
     stretches, motions
-        √k G φ of every spring and √M S φ of every body (m, n_mode): their squares are twice the
-        strain energy, and twice the kinetic energy over ω².
-    strain, kinetic
-        The sums of all (n_mode, n_mode) as quadratic forms.
+        √(k/2U) G φ of every spring and √(M/2T) S φ of every body (m, n_mode), U and T the mode's
+        whole strain and kinetic energy: their squares are shares. The modes of a group are combined
+        so that this holds for all their combinations c, cᵀc = 1. Zero for rigid-body modes.
     """
 
     groups: tuple[tuple[int, ...], ...]
     stretches: Mapping[str, FloatArray]
     motions: Mapping[str, FloatArray]
-    strain: FloatArray
-    kinetic: FloatArray
 
 
 def mode_energies(modes: Modes, parts: Components) -> ModeEnergies:
     """Energies of all springs and bodies in a drivetrain's modes."""
     shapes = modes.shapes[[modes.labels.index(dof) for dof in parts.dofs]]
+    groups = tuple(_groups(modes))
     stretches = {s.name: _root(s.stiffness) @ s.deflection @ shapes for s in parts.springs}
     motions = {b: _root(mass) @ parts.motions[b] @ shapes for b, mass in parts.masses.items()}
-    return ModeEnergies(
-        groups=tuple(_groups(modes)),
-        stretches=stretches,
-        motions=motions,
-        strain=_form(tuple(stretches.values()), len(modes.modes)),
-        kinetic=_form(tuple(motions.values()), len(modes.modes)),
-    )
+    return ModeEnergies(groups, _normalised(stretches, groups), _normalised(motions, groups))
+
+
+def _normalised(
+    parts: Mapping[str, FloatArray], groups: Sequence[tuple[int, ...]]
+) -> dict[str, FloatArray]:
+    """Each group's modes combined so that the squares of all parts together sum to 1."""
+    if not groups:
+        return dict(parts)
+    whole = np.concatenate(list(parts.values()))
+    combined = np.zeros((whole.shape[1], whole.shape[1]))
+    for group in groups:
+        own = whole[:, list(group)]
+        combined[np.ix_(group, group)] = np.linalg.inv(np.linalg.cholesky(own.T @ own)).T
+    return {name: part @ combined for name, part in parts.items()}
 
 
 def _groups(modes: Modes) -> Iterator[tuple[int, ...]]:
@@ -182,31 +188,21 @@ def _root(matrix: FloatArray) -> FloatArray:
     return root
 
 
-def _form(motions: Sequence[FloatArray], n_mode: int) -> FloatArray:
-    return sum((motion.T @ motion for motion in motions), np.zeros((n_mode, n_mode)))
-
-
 def reach(order: Order, harmonic: int, energies: ModeEnergies) -> Reach:
     """What a harmonic of an order reaches of every mode; the equation is this module's.
 
     Of modes with one frequency any combination is a mode: each is given the largest share of all
-    combinations, the largest eigenvalue of cᵀ (part) c / cᵀ (whole) c. Rigid-body modes have none.
+    combinations. Rigid-body modes have none.
     """
-    n_mode = len(energies.strain)
-    pushed = _form([energies.motions[body] for body in order.bodies], n_mode)
-    reached, whole = pushed, energies.kinetic
     if order.rows:
         rows = [np.array([energies.stretches[name] for name in row]) for row in order.rows]
         basis = _pattern(order.phases, harmonic)
-        pushed = _form([stretch for row in rows for stretch in row], n_mode)
-        reached = _form([s for row in rows for s in np.tensordot(basis.T, row, axes=1)], n_mode)
-        whole = energies.strain
-    energy, share = np.zeros(n_mode), np.zeros(n_mode)
-    for group in energies.groups:
-        own = np.ix_(group, group)
-        energy[list(group)] = _largest_share(pushed[own], whole[own])
-        share[list(group)] = _largest_share(reached[own], whole[own])
-    return Reach(energy, share)
+        pushed = np.concatenate([stretch for row in rows for stretch in row])
+        reached = np.concatenate([s for row in rows for s in np.tensordot(basis.T, row, axes=1)])
+    else:
+        pushed = reached = np.concatenate([energies.motions[body] for body in order.bodies])
+    groups = energies.groups
+    return Reach(_largest_shares(pushed, groups), _largest_shares(reached, groups))
 
 
 def _pattern(phases: Sequence[float], harmonic: int) -> FloatArray:
@@ -218,9 +214,13 @@ def _pattern(phases: Sequence[float], harmonic: int) -> FloatArray:
     return basis
 
 
-def _largest_share(part: FloatArray, whole: FloatArray) -> float:
-    root = np.linalg.inv(np.linalg.cholesky(whole))
-    return float(np.linalg.eigvalsh(root @ part @ root.T)[-1])
+def _largest_shares(part: FloatArray, groups: Sequence[tuple[int, ...]]) -> FloatArray:
+    """Largest |part c|² of any combination c, cᵀc = 1, of each group's modes (columns)."""
+    shares: FloatArray = np.sum(part**2, axis=0)
+    for group in map(list, groups):
+        if len(group) > 1:
+            shares[group] = np.linalg.norm(part[:, group], 2) ** 2
+    return shares
 
 
 def crossings(

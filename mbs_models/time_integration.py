@@ -21,6 +21,7 @@ from .drivetrain import MultibodySystem
 from .errors import ModelError
 from .excitation import Excitation, check_record
 from .integration.aliasing import folded
+from .integration.energy_balance import EnergyBalance
 from .integration.fingerprint import fingerprint
 from .integration.integrators import (
     RK44,
@@ -30,18 +31,24 @@ from .integration.integrators import (
     check_stable,
     steps_per_sample,
 )
+from .integration.loads import Loads
 from .integration.probes import (
     CURRENT,
     INITIAL,
     NodeSensors,
-    add_force,
     as_found,
     leader,
     solver_settings,
 )
 from .integration.run_store import Checkpoint, State, open_store, start
 from .integration.start_acceleration import acceleration_of_forces, without_fast_modes
-from .integration.transient_record import MOTIONS, QUANTITIES, RunDescription, TransientRecord
+from .integration.transient_record import (
+    MOTIONS,
+    PLAIN,
+    QUANTITIES,
+    RunDescription,
+    TransientRecord,
+)
 from .interrupts import interrupts_held
 from .linearization import coordinate_transform, linearize, round_off_force
 from .meshing.mesh_records import mesh_records
@@ -177,13 +184,18 @@ class _Run:
         self._linear = linearize(system)
         self._round_off = round_off_force(system)
         per_step = INSTANTS_PER_STEP[integrator.name]
-        self.loads = _Loads(system, excitations, self._step_rate, per_step)
+        self.loads = Loads(system, excitations, self._step_rate, per_step)
         derivatives = [MOTIONS.index(what) for what in recorded if what in MOTIONS]
-        if {"energy", "mesh_forces", "contact"} & set(recorded):
+        if {*PLAIN, "mesh_forces", "contact"} & set(recorded):
             derivatives += [0, 1]
+        self._balance = EnergyBalance(system, self._linear) if {*PLAIN} & set(recorded) else None
         self._derivatives = sorted(set(derivatives))
         self._sensors = NodeSensors(system, self._derivatives or [0])
         self._per_step = per_step
+        self._load_rows = np.zeros((len(self.loads.dofs), len(self.dofs)))
+        for row, label in enumerate(self.loads.dofs):
+            dof, ratio = leader(system, label, "excitation at")
+            self._load_rows[row, self.dofs.index(dof)] = ratio
         self.mbs.Assemble()
 
     def describe(self, samples: int) -> RunDescription:
@@ -208,16 +220,17 @@ class _Run:
         state = self._with_acceleration(before.state) if first == 0 else before.state
         self._solve(state, first, steps)
         motions = {d: self._motion(d, state, first, steps) for d in self._derivatives}
-        responses = self._responses(motions, first)
+        responses = self._responses({d: motion[:-1] for d, motion in motions.items()}, first)
         after = _state(self.system, CURRENT)
         self._check_bounded(responses, after, first, steps)
         arrays = {what: values[:: self.stride] for what, values in responses.items()}
-        if "energy" in self.recorded:
-            arrays["energy"] = self._energy(motions)
+        if self._balance is not None:
+            arrays |= self._energy_and_work(self._balance, motions, first)
         arrays["forces"] = self.loads.forces()[:: self.stride]
         above = before.folded
         if self.stride > 1:
-            above = above + folded(responses, self.stride)
+            smooth = {what: v for what, v in responses.items() if what != "contact"}
+            above = above + folded(smooth, self.stride)
         return arrays, Checkpoint(before.samples + samples, after, above)
 
     def _solve(self, state: State, first: int, steps: int) -> None:
@@ -252,7 +265,7 @@ class _Run:
         return (*state[:-1], found)
 
     def _motion(self, derivative: int, state: State, first: int, steps: int) -> FloatArray:
-        """(n_step, n_coordinate): the last instant is the next piece's first."""
+        """(n_step + 1, n_coordinate): the last instant is the next piece's first."""
         samples = self._sensors.read(derivative)
         if len(samples) != steps + 1:
             raise SimulationError(
@@ -261,7 +274,7 @@ class _Run:
             )
         if derivative == 2:
             samples[0] = state[-1]
-        return samples[:-1]
+        return samples
 
     def _responses(self, motions: dict[int, FloatArray], first: int) -> dict[str, FloatArray]:
         found = {
@@ -276,14 +289,18 @@ class _Run:
             found |= {"mesh_forces": forces, "contact": contact}
         return {what: found[what] for what in self.recorded if what in found}
 
-    def _energy(self, motions: dict[int, FloatArray]) -> FloatArray:
-        """½vᵀMv + ½qᵀKq."""
-        reading = _reading(self.system, self.dofs)
-        q, v = (motions[derivative][:: self.stride] @ reading for derivative in (0, 1))
-        strain = np.einsum("ni,ij,nj->n", q, self._linear.stiffness, q, optimize=True)
-        kinetic = np.einsum("ni,ij,nj->n", v, self._linear.mass, v, optimize=True)
-        energy: FloatArray = 0.5 * (strain + kinetic)
-        return energy
+    def _energy_and_work(
+        self, balance: EnergyBalance, motions: dict[int, FloatArray], first: int
+    ) -> dict[str, FloatArray]:
+        """E at the samples, and W from each to the next."""
+        time = (first + np.arange(len(motions[0]))) / self._step_rate
+        loads = self.loads.forces(last=True) @ self._load_rows
+        energy, work = balance.energy_and_work(time, motions[0], motions[1], loads)
+        found = {
+            "energy": energy[: -1 : self.stride],
+            "work": work.reshape(-1, self.stride).sum(axis=1),
+        }
+        return {what: found[what] for what in PLAIN if what in self.recorded}
 
     def _check_bounded(
         self, responses: dict[str, FloatArray], after: State, first: int, steps: int
@@ -308,54 +325,6 @@ class _Run:
 
     def _words(self) -> str:
         return f"{self.integrator.name}, h = {self.integrator.step:.3g} s"
-
-
-class _Loads:
-    """The forces at each DoF, sampled for one piece at the integrator's own instants."""
-
-    def __init__(
-        self,
-        system: MultibodySystem,
-        excitations: Sequence[Excitation[Signal]],
-        step_rate: float,
-        per_step: int,
-    ) -> None:
-        self.dofs = tuple(dict.fromkeys(excitation.dof for excitation in excitations))
-        self._signals = {
-            dof: [each.signal for each in excitations if each.dof == dof] for dof in self.dofs
-        }
-        self._rate, self._per_step = step_rate * per_step, per_step
-        self._origin, self._steps = 0.0, 0
-        self._samples: dict[str, list[float]] = {dof: [] for dof in self.dofs}
-        for dof, samples in self._samples.items():
-            add_force(system, dof, self._force(samples))
-
-    def _force(self, samples: list[float]) -> Callable[[Any, float, float], float]:
-        def force(mbs: Any, time: float, share: float) -> float:
-            return share * samples[round((time - self._origin) * self._rate)]
-
-        return force
-
-    def sample(self, first: int, steps: int) -> None:
-        """The forces from step ``first`` to ``first + steps``, both ends included."""
-        self._steps, begin = steps, first * self._per_step
-        instants = np.arange(begin, begin + steps * self._per_step + 1) / self._rate
-        self._origin = float(instants[0])
-        for dof, signals in self._signals.items():
-            force = np.sum([signal.values(instants) for signal in signals], axis=0)
-            if not np.isfinite(force).all():
-                wrong = int(np.flatnonzero(~np.isfinite(force))[0])
-                raise ModelError(
-                    f"excitation at '{dof}': the force is {force[wrong]} at {instants[wrong]:.6g} s"
-                )
-            self._samples[dof][:] = force.tolist()
-
-    def forces(self) -> FloatArray:
-        """(n_step, n_excitation) at the beginning of each step (N)."""
-        forces = np.empty((self._steps, len(self.dofs)))
-        for column, samples in enumerate(self._samples.values()):
-            forces[:, column] = samples[: -1 : self._per_step]
-        return forces
 
 
 def _whole(frequency: float) -> float:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,9 @@ from mbs_models.placement import facings, rigid_end, translation_ends, turning
 
 from . import equations
 from .errors import CommandError
+
+if TYPE_CHECKING:
+    from mbs_models.meshing.operating_point import OperatingPoint
 
 FloatArray = NDArray[np.float64]
 Synthesis = Callable[[SecondOrderSystem, FloatArray], Frf]
@@ -52,6 +56,19 @@ def exudyn_source() -> Source:
     from . import multibody  # exudyn takes its time to load: only when it is used
 
     return Source("exudyn", multibody.drivetrain_system, multibody.stage_system, multibody.frf)
+
+
+def loaded_source(point: OperatingPoint) -> Source:
+    """exudyn's systems, linearised where an operating point's torque has moved them."""
+    from mbs_models.meshing.operating_point import linearized_part
+
+    from .multibody import as_second_order
+
+    return Source(
+        "exudyn under load",
+        lambda _: as_second_order(point.linear),
+        lambda drivetrain, name: as_second_order(linearized_part(drivetrain, name, point)),
+    )
 
 
 EQUATIONS = Source("equations", equations.drivetrain_system, equations.stage_system)

@@ -15,7 +15,10 @@ from mbs_models.mode_kinds import Modes, label_inertias
 from mbs_models.parameters import Drivetrain, ParallelStage, PlanetaryStage
 
 from .modes import known_to, round_off_warnings
+from .resonances import Resonances, resonances
 from .results import CrossCheck
+
+CLOSEST = 5  # margins printed; all that are called close are
 
 
 def warn(warnings: Sequence[str]) -> None:
@@ -82,6 +85,9 @@ def verdicts(result: CrossCheck) -> None:
                 console.print(f"  {finding}", markup=False)
     if result.time_domain is not None:
         console.print(f"FRFs from time integration: {result.time_domain.judged}.", markup=False)
+    found = resonances(result)
+    if found is not None and found.speed_rpm is not None:
+        _margins(console, found)
     worst = max(float(c.line_max.max()) for c in result.comparisons)
     n_frf = len(result.dofs) ** 2
     console.print(
@@ -89,6 +95,36 @@ def verdicts(result: CrossCheck) -> None:
         f"{len(result.frequency)} line{'s' * (len(result.frequency) != 1)} each, "
         f"largest scaled error {worst:.1e}."
     )
+
+
+def _margins(console: Console, found: Resonances) -> None:
+    """The closest resonances at the operating speed."""
+    speed = f"{found.operation.input} at {found.speed_rpm:g} rpm"
+    if not found.margins:
+        console.print(f"{speed}: no order excites any mode.", markup=False)
+        return
+    table = Table(title=f"{speed}: nearest resonances", title_justify="left")
+    table.add_column("order")
+    for header in ("Hz", "resonance, Hz", "mode"):
+        table.add_column(header, justify="right")
+    table.add_column("kind")
+    for header in ("energy share", "speed change"):
+        table.add_column(header, justify="right")
+    shown = max(CLOSEST, len(found.close))
+    for margin in found.margins[:shown]:
+        table.add_row(
+            margin.order.label(margin.harmonic),
+            f"{margin.order_hz:.2f}",
+            f"{margin.mode_hz:.2f}",
+            f"{margin.mode + 1}" + (f"–{margin.mode + margin.repeated}" * (margin.repeated > 1)),
+            margin.kind,
+            f"{margin.share:.1%}",
+            f"{margin.change:+.1%}",
+            style="bold" if margin.close else None,
+        )
+    console.print(table)
+    if len(found.margins) > shown:
+        console.print(f"{len(found.margins) - shown} more orders are farther from a resonance.")
 
 
 def modes(title: str, route: str, found: Modes) -> None:

@@ -12,7 +12,8 @@ from .integrators import Integrator
 
 FloatArray = NDArray[np.float64]
 MOTIONS = ("displacement", "velocity", "acceleration")
-QUANTITIES = (*MOTIONS, "mesh_forces", "contact", "energy")
+QUANTITIES = (*MOTIONS, "mesh_forces", "contact", "energy", "work")
+PLAIN = ("energy", "work")  # one number a sample
 
 
 @dataclass(frozen=True)
@@ -42,15 +43,15 @@ class RunDescription:
     integrator: Integrator
 
     def columns(self) -> dict[str, tuple[str, ...]]:
-        """Names of the columns of each array; the energy has none."""
+        """Names of the columns of each array; energy and work have none."""
         named = {motion: self.labels for motion in MOTIONS}
-        named |= {"mesh_forces": self.meshes, "contact": self.meshes, "energy": ()}
+        named |= {"mesh_forces": self.meshes, "contact": self.meshes} | dict.fromkeys(PLAIN, ())
         return {"forces": self.excitations} | {what: named[what] for what in self.recorded}
 
     def shapes(self) -> dict[str, tuple[int, ...]]:
         """Shape of each array."""
         return {
-            what: (self.samples,) if what == "energy" else (self.samples, len(names))
+            what: (self.samples,) if what in PLAIN else (self.samples, len(names))
             for what, names in self.columns().items()
         }
 
@@ -80,7 +81,9 @@ class TransientRecord:
         (n, n_mesh) which flanks touch: 1 the loaded ones, −1 their backs, 0 none; None if not
         asked for.
     energy
-        (n,) J, ½vᵀMv + ½qᵀKq of the linearised system; None if not asked for.
+        (n,) J, kinetic and of all springs and meshes (`energy_balance`); None if not asked for.
+    work
+        (n,) J, done on the drivetrain from each sample to the next; None if not asked for.
     aliasing
         Share of a response's variance that lies above half the sampling frequency and is folded
         back: the largest of all. 0 where every step is a sample.
@@ -101,6 +104,7 @@ class TransientRecord:
     mesh_forces: FloatArray | None = None
     contact: FloatArray | None = None
     energy: FloatArray | None = None
+    work: FloatArray | None = None
     aliasing: float = 0.0
     warnings: tuple[str, ...] = ()
 

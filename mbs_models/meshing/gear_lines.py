@@ -1,4 +1,4 @@
-"""Lines of a spectrum with names: mesh harmonics and their sidebands.
+"""Lines with names: mesh harmonics and their sidebands, and how large they are in a record.
 
 Harmonic l of a mesh and n turns of what passes the sensor make the line l f_m + n f_c. In a
 planetary stage f_c is the carrier's speed relative to the ring; in a parallel stage a shaft's.
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..errors import ModelError
 from ..parameters import Drivetrain, PlanetaryStage
+from .line_fit import fit_tones
 
 FloatArray = NDArray[np.float64]
 
@@ -71,22 +72,27 @@ class GearLine:
 
 @dataclass(frozen=True)
 class MeasuredLine:
-    """A line as a spectrum has it.
+    """A line as a record has it.
 
     Attributes
     ----------
     line
         What theory calls it.
-    frequency, amplitude
-        Of the largest value within a line of the spectrum around it.
+    amplitude
+        At its frequency.
     distinct
-        Whether no other named line is so near that the spectrum cannot tell them apart.
+        Whether no other named line is so near that the record is too short to tell them apart; the
+        amplitude is what both make together, else.
     """
 
     line: GearLine
-    frequency: float
     amplitude: float
     distinct: bool
+
+    @property
+    def frequency(self) -> float:
+        """The line's frequency (Hz): speeds are known."""
+        return self.line.frequency
 
     @property
     def name(self) -> str:
@@ -148,41 +154,35 @@ def gear_lines(
 
 
 def measured_lines(
-    lines: Sequence[GearLine], frequency: FloatArray, amplitude: FloatArray
-) -> tuple[MeasuredLine, ...]:
-    """Read the lines out of a spectrum.
+    lines: Sequence[GearLine], samples: FloatArray, sampling_frequency: float
+) -> tuple[tuple[MeasuredLine, ...], ...]:
+    """Amplitudes of the lines in every channel of a record, by `fit_tones`.
 
     Parameters
     ----------
     lines
         What to look for.
-    frequency
-        (nf,) uniform axis (Hz).
-    amplitude
-        (nf,) of one channel.
+    samples
+        (n, n_channel).
+    sampling_frequency
+        Hz.
 
     Raises
     ------
     ModelError
-        Shapes that do not fit, or a line beyond the axis.
+        A record that cannot be read, or a line beyond half the sampling frequency.
     """
-    if frequency.shape != amplitude.shape or frequency.ndim != 1 or len(frequency) < 3:
-        raise ModelError(
-            f"spectrum: frequencies {frequency.shape} and amplitudes {amplitude.shape}; one "
-            "channel of 3 lines or more is needed"
-        )
-    step = float(frequency[1] - frequency[0])
-    found = []
     for line in lines:
-        if not frequency[0] <= line.frequency <= frequency[-1]:
+        if not 0.0 < line.frequency <= sampling_frequency / 2.0:
             raise ModelError(
-                f"spectrum: {line.name} at {line.frequency:g} Hz is not between "
-                f"{frequency[0]:g} and {frequency[-1]:g} Hz"
+                f"record: {line.name} at {line.frequency:g} Hz is not above 0 and up to half the "
+                f"sampling frequency, {sampling_frequency / 2.0:g} Hz"
             )
-        centre = round((line.frequency - frequency[0]) / step)
-        near = slice(max(centre - 1, 0), centre + 2)
-        at = near.start + int(np.argmax(amplitude[near]))
-        others = (abs(o.frequency - line.frequency) for o in lines if o is not line)
-        distinct = all(distance >= 4.0 * step for distance in others)
-        found.append(MeasuredLine(line, float(frequency[at]), float(amplitude[at]), distinct))
-    return tuple(found)
+    fit = fit_tones(samples, sampling_frequency, [line.frequency for line in lines])
+    return tuple(
+        tuple(
+            MeasuredLine(line, float(amplitude), bool(distinct))
+            for line, amplitude, distinct in zip(lines, channel, fit.distinct, strict=True)
+        )
+        for channel in np.abs(fit.amplitudes).T
+    )

@@ -157,3 +157,13 @@ def mesh_forces(
     if half > 0.0:
         force = np.where(force * side > 0.0, force, 0.0)
     return force, side
+
+
+def elastic_energy(
+    law: MeshLaw, stiffness: float, time: FloatArray, deflection: FloatArray
+) -> FloatArray:
+    """½ k(t) g(x)² (J) at many instants; arguments as for `mesh_forces`."""
+    error, _ = law.error(time)
+    beyond = np.maximum(np.abs(law.flank * deflection - error) - 0.5 * law.backlash, 0.0)
+    energy: FloatArray = 0.5 * stiffness * law.relative_stiffness(time) * beyond**2
+    return energy

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..components import Components, mesh_name
-from ..drivetrain import build_drivetrain
+from ..drivetrain import build_drivetrain, build_stage
 from ..errors import ModelError
 from ..excitation import Excitation
 from ..linearization import LinearizedSystem, linearize
@@ -28,7 +28,7 @@ from .mesh_excitation import CONSTANT, MeshLaw
 from .mesh_phasing import MeshPhases, mesh_phases
 from .mesh_tables import CONSTANT_STIFFNESS, MeshVariation, TransmissionError
 from .preload import Constant, preload
-from .static_state import linear_mesh_forces, static_state
+from .static_state import at_mean, linear_mesh_forces, linearized_at, static_state
 
 FloatArray = NDArray[np.float64]
 AT_REST: Mapping[str, float] = {}
@@ -155,6 +155,20 @@ def operating_point(
         displacement=start.displacement,
         linear=start.linear,
     )
+
+
+def linearized_part(drivetrain: Drivetrain, name: str, point: OperatingPoint) -> LinearizedSystem:
+    """One stage (or inertia) alone, linearised where the torque has moved it.
+
+    Coupled with the others' it is the loaded drivetrain's own linearisation.
+    """
+    system = build_stage(drivetrain, name, at_mean(point.laws))
+    moved = dict(zip(point.dofs, point.displacement, strict=True))
+    motion = []
+    for dof in system.dofs:
+        leader, factor = point.linear.derived.get(dof.label, (dof.label, 1.0))
+        motion.append(factor * moved[leader])
+    return linearized_at(system, np.array(motion))
 
 
 def _finite(key: str, value: float | None, unit: str) -> float | None:

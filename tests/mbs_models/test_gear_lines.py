@@ -31,25 +31,47 @@ def test_lines_ascend_up_to_the_highest():
     assert [x.offset for x in lines] == [-1, 0, 1, 0, -1, 0]
 
 
-def test_lines_are_read_with_their_neighbours():
-    frequency = np.arange(0, 2000, 0.5)
-    amplitude = np.full(len(frequency), 1e-3)
-    amplitude[np.searchsorted(frequency, [690.5, 700.0, 1234.0])] = [2.0, 3.0, 4.0]
+def waves(rate: float, size: int, tones: dict[float, float]) -> np.ndarray:
+    """(size, 1) of cosines, each with a phase of its own."""
+    time = np.arange(size) / rate
+    parts = [a * np.cos(2 * np.pi * f * time + f) for f, a in tones.items()]
+    return np.sum(parts, axis=0)[:, None]
+
+
+def test_lines_are_read_at_their_own_frequencies():
+    """A record of 1.037 s: no line lies on one of its transform's."""
+    rate = 8000.0
+    tones = {690.0: 2.0, 700.0: 3.0, 1234.0: 4.0}
     lines = gear_lines([PLANETARY, PARALLEL], harmonics=1, sidebands=1, highest=1999.0)
-    found = {x.name: x for x in measured_lines(lines, frequency, amplitude)}
+    (read,) = measured_lines(lines, 17.0 + waves(rate, 8296, tones), rate)
+    found = {x.name: x for x in read}
     below = found["1·mesh planetary − 1·carrier"]
-    assert (below.frequency, below.amplitude) == (690.5, 2.0)  # half a hertz is one line
-    assert found["1·mesh planetary"].amplitude == 3.0
-    assert found["1·mesh planetary + 1·carrier"].amplitude == 1e-3
-    assert found["1·mesh reducer"].amplitude == 4.0
-    assert all(x.distinct for x in found.values())
+    assert (below.frequency, below.amplitude) == (690.0, pytest.approx(2.0, abs=1e-9))
+    assert found["1·mesh planetary"].amplitude == pytest.approx(3.0, abs=1e-9)
+    assert found["1·mesh planetary + 1·carrier"].amplitude == pytest.approx(0.0, abs=1e-9)
+    assert found["1·mesh reducer"].amplitude == pytest.approx(4.0, abs=1e-9)
+    assert all(x.distinct for x in read)
 
 
-def test_lines_too_near_for_the_spectrum_say_so():
-    frequency = np.arange(0, 2000, 4.0)
+def test_lines_too_near_for_the_record_say_so():
+    """0.1 s: lines 10 Hz apart are one, at whose frequencies all they make is read."""
+    rate, size = 8000.0, 800
     lines = gear_lines([PLANETARY, PARALLEL], harmonics=1, sidebands=1, highest=1999.0)
-    found = measured_lines(lines, frequency, np.ones(len(frequency)))
-    assert [x.distinct for x in found] == [False, False, False, True]
+    (read,) = measured_lines(lines, waves(rate, size, {700.0: 3.0, 1234.0: 4.0}), rate)
+    assert [x.distinct for x in read] == [False, False, False, True]
+    # Hann: one line of the transform beside a tone half of it is read.
+    assert [x.amplitude for x in read[:3]] == pytest.approx([1.5, 3.0, 1.5], abs=2e-3)
+    assert read[3].amplitude == pytest.approx(4.0, abs=1e-9)
+
+
+def test_lines_of_two_meshes_may_be_one():
+    """Twice one mesh frequency is once another: each reads the whole line, not half of it."""
+    tones = [MeshTone("mesh a", 600.0), MeshTone("mesh b", 1200.0)]
+    lines = gear_lines(tones, harmonics=2, sidebands=0, highest=1500.0)
+    (read,) = measured_lines(lines, waves(8000.0, 8000, {600.0: 1.0, 1200.0: 5.0}), 8000.0)
+    assert [x.name for x in read] == ["1·mesh a", "2·mesh a", "1·mesh b"]
+    assert [x.amplitude for x in read] == pytest.approx([1.0, 5.0, 5.0], abs=1e-6)
+    assert [x.distinct for x in read] == [True, False, False]
 
 
 def test_tones_of_a_drivetrain():
@@ -62,8 +84,12 @@ def test_tones_of_a_drivetrain():
 
 def test_what_does_not_fit_is_named():
     lines = gear_lines([PARALLEL], harmonics=1, sidebands=0, highest=1e4)
-    axis = np.arange(0, 1000, 1.0)
-    with pytest.raises(ModelError, match="1·mesh reducer at 1234 Hz is not between 0 and 999"):
-        measured_lines(lines, axis, axis)
-    with pytest.raises(ModelError, match="one channel"):
-        measured_lines(lines, axis, np.ones((1000, 2)))
+    with pytest.raises(
+        ModelError, match=r"1·mesh reducer at 1234 Hz is not above 0 and up to.* 1000"
+    ):
+        measured_lines(lines, np.ones((100, 1)), 2000.0)
+    with pytest.raises(ModelError, match=r"shape \(1000,\); \(n, n_channel\)"):
+        measured_lines(lines, np.ones(1000), 8000.0)
+    with pytest.raises(ModelError, match="not finite"):
+        measured_lines(lines, np.full((1000, 1), np.nan), 8000.0)
+    assert measured_lines((), np.ones((1000, 2)), 8000.0) == ((), ())

@@ -193,7 +193,7 @@ def test_a_speed_on_a_resonance_has_no_margin() -> None:
 
 
 def test_what_phasing_suppresses_is_no_resonance() -> None:
-    """27 teeth, 4 planets: l = 1 is for translational, l = 2 for planet modes; others are nearer."""
+    """27 teeth, 4 planets: l = 1 reaches translational, l = 2 planet modes; others are nearer."""
     found, modes, parts = solved(lin_parker(4))
     nearest = {m.harmonic: m for m in margins(found, modes, parts, 3000.0) if m.order.rows}
     assert nearest[1].kind == Kind.TRANSLATIONAL
@@ -218,6 +218,13 @@ def test_without_teeth_there_are_the_shafts() -> None:
     assert sorted(names) == sorted(order.name for order in found)
     assert names
     assert all(name.startswith("shaft") for name in names)
+
+
+def test_a_mesh_without_stiffness_has_no_order() -> None:
+    open_mesh = with_stage(geared_reducer(), "reducer", mesh_stiffness=0.0)
+    found, modes, parts = solved(open_mesh)
+    assert [order.name for order in found] == ["shaft reducer.pinion"]
+    assert all(m.order.bodies for m in margins(found, modes, parts, 1000.0))
 
 
 # --- harmonics ------------------------------------------------------------------------------

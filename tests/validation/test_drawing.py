@@ -17,14 +17,11 @@ from mbs_models.modes import drivetrain_modes
 from mbs_models.parameters import Drivetrain
 from mbs_models.read_back import drivetrain_components
 from tests.strategies import changed, paper, with_coupling, with_stage
-from validation.cross_check import cross_check
 from validation.report.axial import draw_shafts
-from validation.report.campbell import draw_campbell
 from validation.report.drawing import draw_model
 from validation.report.layout import WIDTH, Layout, in_order, lay_out
 from validation.report.mode_shapes import MOST, draw_mode_shapes
 from validation.report.motion import displacements, largest_motion, mesh_motion
-from validation.results import Band
 
 PRESETS = ["paper", "lin-parker-3", "lin-parker-5", "wind-turbine", "geared-torsional"]
 
@@ -173,12 +170,3 @@ def test_a_wrong_mesh_would_show() -> None:
     changed_parts = replace(parts, springs=tuple(wrong if s is mesh else s for s in parts.springs))
     right = draw_model(drivetrain, lay_out(drivetrain, parts))
     assert draw_model(drivetrain, lay_out(drivetrain, changed_parts)) != right
-
-
-def test_a_report_without_operation_has_no_campbell_diagram() -> None:
-    band = Band(100.0, 15000.0, 100.0)
-    assert draw_campbell(cross_check(paper(), band)) is None
-    diagram = draw_campbell(cross_check(load("paper-table2"), band))
-    assert diagram is not None
-    assert all(crossing.share >= 0.01 for crossing in diagram.listed)
-    assert diagram.total >= len(diagram.listed) > 0

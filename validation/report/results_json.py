@@ -8,8 +8,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from ..frf_checks import FRF_TOLERANCE
+from ..resonances import crossings_document, margins_document, resonances
 from ..results import Check, CrossCheck, FrfComparison
-from .campbell import crossings_document
 from .curves import relative_difference
 from .digits import ERROR_DIGITS, SIGNIFICANT_DIGITS, rounded
 from .provenance import Provenance
@@ -38,6 +38,7 @@ def results_text(result: CrossCheck, made: Provenance) -> str:
 
 def results_document(result: CrossCheck, made: Provenance) -> dict[str, Any]:
     """Everything a report says as nested dicts and lists of numbers."""
+    met = resonances(result)
     return {
         "schema_version": SCHEMA_VERSION,
         "model": result.drivetrain.name,
@@ -62,7 +63,8 @@ def results_document(result: CrossCheck, made: Provenance) -> dict[str, Any]:
         "comparisons": [_comparison(comparison) for comparison in result.comparisons],
         "kernel_condition": rounded(result.kernel_condition, ERROR_DIGITS),
         "curves": [_curve(result, pair) for pair in result.curves],
-        "campbell_crossings": crossings_document(result),
+        "campbell_crossings": crossings_document(met),
+        "operating_speed": margins_document(met),
         "time_domain": time_document(result.time_domain),
         "swap": None if result.swap is None else swap_document(result.swap),
     }

@@ -216,7 +216,7 @@ def _level(
     point: OperatingPoint | None,
 ) -> Level:
     signal = excitation.signal
-    linear = linearize(build_drivetrain(drivetrain))
+    linear = point.linear if point else linearize(system)
     start = steady_start(
         linear, excitation.dof, signal.frequency, signal.spectrum, warped_step(integrator)
     )
@@ -253,7 +253,10 @@ def _level(
     change = np.abs(record.velocity[-size:] - before).max() / np.sqrt(np.mean(before**2))
     estimate = multisine_frf(steady, signal)
     return Level(
-        factor, *levels, compare_with_fbs(unbent(estimate, integrator), drivetrain), float(change)
+        factor,
+        *levels,
+        compare_with_fbs(unbent(estimate, integrator), drivetrain, point=point),
+        float(change),
     )
 
 

@@ -16,13 +16,14 @@ from mbs_models.excitation import Excitation
 from mbs_models.harmonic_response import harmonic_response
 from mbs_models.integration.integrators import TRAPEZOIDAL, Integrator
 from mbs_models.linearization import LinearizedSystem
+from mbs_models.meshing.operating_point import OperatingPoint
 from mbs_models.parameters import Drivetrain
 from mbs_models.signals.lines import Harmonic, Multisine, Signal
 from mbs_models.signals.sines import HalfSine
 
 from ..judged import DYNAMIC_RANGE_DB, KNOWN_TO, judged, known, within_range
 from ..results import Check
-from ..routes import build_model, couple_stages, exudyn_source
+from ..routes import build_model, couple_stages, exudyn_source, loaded_source
 from ..time_domain import ZERO
 
 # An impact fills its band up to where its spectrum has fallen by 10 dB (ISO 7626-5 allows 20).
@@ -248,7 +249,10 @@ def unbent(estimate: Estimate, integrator: Integrator) -> Estimate:
 
 
 def compare_with_fbs(
-    estimate: Estimate, drivetrain: Drivetrain, power: FloatArray | None = None
+    estimate: Estimate,
+    drivetrain: Drivetrain,
+    power: FloatArray | None = None,
+    point: OperatingPoint | None = None,
 ) -> EstimatedFrfs:
     """FBS' FRFs at the lines of a receptance, and where the two are compared.
 
@@ -261,9 +265,11 @@ def compare_with_fbs(
     power
         (n_excitation,) of the inputs, in any unit, all in one band: how much of the scatter each
         has; equal if not given.
+    point
+        Where it was run: the stages are linearised about their loaded state. None: at rest.
     """
     frf = estimate.frf
-    reference = replace(frf, values=_by_fbs(frf, drivetrain))
+    reference = replace(frf, values=_by_fbs(frf, drivetrain, point))
     size = np.abs(reference.values)
     peak = size.max(axis=0)
     # What symmetry keeps still is zero: what moves it is not linear.
@@ -293,9 +299,9 @@ def _known_by_scatter(estimate: Estimate) -> BoolArray | None:
     return known(estimate.frf.frequency, np.abs(estimate.frf.values), np.sqrt(estimate.variance))
 
 
-def _by_fbs(frf: Frf, drivetrain: Drivetrain) -> ComplexArray:
+def _by_fbs(frf: Frf, drivetrain: Drivetrain, point: OperatingPoint | None) -> ComplexArray:
     """The same receptances by FBS, some lines at a time: coupling takes all DoFs by all DoFs."""
-    model = build_model(exudyn_source(), drivetrain)
+    model = build_model(loaded_source(point) if point else exudyn_source(), drivetrain)
     starts = range(LINES_AT_ONCE, len(frf.frequency), LINES_AT_ONCE)
     return np.concatenate(
         [

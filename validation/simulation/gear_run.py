@@ -155,15 +155,13 @@ def gear_run(
     length = min(len(forces), LONGEST_SPECTRUM)
     spectrum = amplitude_spectrum(forces, rate, resolution=rate / length)
     named = gear_lines(tones, harmonics=HARMONICS, sidebands=0, highest=rate / 2.0)
+    lines = measured_lines(named, forces, rate)
     return GearRun(
         point=point,
         loads=loads,
         mesh_forces=forces,
         mesh_spectrum=spectrum,
-        lines={
-            mesh: measured_lines(named, spectrum.frequency, spectrum.values[:, column])
-            for column, mesh in enumerate(record.meshes)
-        },
+        lines=dict(zip(record.meshes, lines, strict=True)),
         sensors=tuple(_sensors(drivetrain, point, measured.span(len(forces) - length), tones)),
         phasing=_phasing(drivetrain, point),
         stability=_stability(drivetrain, point),
@@ -262,7 +260,7 @@ def _sensor(
         stage=stage.name,
         passing=passing,
         spectrum=spectrum,
-        lines=measured_lines(lines, spectrum.frequency, spectrum.values[:, 0]),
+        lines=measured_lines(lines, felt[:, None], rate)[0],
         orders=np.array([band.order for band in near])[shown],
         frequency=frequency[shown],
         measured=np.abs(line_amplitudes(felt, rate, frequency[shown])),

@@ -24,6 +24,7 @@ from ..report.style import (
     VERMILLION,
     WIDTH,
     log_axis,
+    spread,
     styled,
     svg,
 )
@@ -227,18 +228,3 @@ def _draw_labels(
             color=INK,
             arrowprops={"arrowstyle": "-", "color": MUTED, "lw": 0.4, "shrinkA": 0, "shrinkB": 3},
         )
-
-
-def spread(wanted: FloatArray, width: float) -> FloatArray:
-    """Ascending places in [0, 1] at least ``width`` apart, nearest to those wanted.
-
-    The least squares under y_{i+1} − y_i ≥ width is an isotonic regression of y_i − i·width.
-    Where they do not fit they share the axis evenly.
-    """
-    from scipy.optimize import isotonic_regression
-
-    count = len(wanted)
-    step = min(width, 1.0 / count)
-    steps = step * np.arange(count)
-    moved = isotonic_regression(wanted - steps).x
-    return np.asarray(np.clip(moved, step / 2.0, 1.0 - step * (count - 0.5)) + steps)

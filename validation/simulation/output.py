@@ -244,7 +244,12 @@ def _gears(found: Simulation) -> dict[str, Any] | None:
         ],
         "lines": {
             mesh: [
-                {"name": line.name, "frequency_hz": line.frequency, "amplitude_n": line.amplitude}
+                {
+                    "name": line.name,
+                    "frequency_hz": line.frequency,
+                    "amplitude_n": line.amplitude,
+                    "distinct": line.distinct,
+                }
                 for line in lines
             ]
             for mesh, lines in gears.lines.items()

@@ -89,7 +89,9 @@ class PlannedRun:
         self.given, self.request, self.store, self.progress = drivetrain, request, store, progress
         self.drivetrain = with_damping(drivetrain)
         self.point = _operating_point(self.drivetrain, request)
-        self.linear = linearize(build_drivetrain(self.drivetrain))
+        self.linear = (
+            self.point.linear if self.point else linearize(build_drivetrain(self.drivetrain))
+        )
         self.plan: Plan = plan(self.linear, request, self.point)
         if request.levels:
             check_levels(request.excitations, self.point)
@@ -185,6 +187,7 @@ class PlannedRun:
                     unbent(e, integrator),
                     self.drivetrain,
                     power if len(estimates) == 1 else None,
+                    self.point,
                 )
                 for e in estimates
             ]

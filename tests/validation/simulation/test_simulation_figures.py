@@ -12,6 +12,7 @@ from matplotlib.text import Annotation
 from fbs.spectra import amplitude_spectrum, spectrogram
 from mbs_models.meshing.gear_lines import MeshTone, gear_lines, measured_lines
 from mbs_models.meshing.gear_response import mesh_loads
+from validation.report.style import spread
 from validation.simulation import frf_figures, order_figures, record_figures
 from validation.simulation.frf_figures import (
     FrfPair,
@@ -20,7 +21,7 @@ from validation.simulation.frf_figures import (
     level_figure,
     peak_hold_figure,
 )
-from validation.simulation.order_figures import Theory, order_figure, spread
+from validation.simulation.order_figures import Theory, order_figure
 from validation.simulation.record_figures import (
     engineering,
     history_figure,
@@ -47,8 +48,8 @@ def planetary_lines(sidebands=8):
     wave = sum(np.cos(2 * np.pi * f * TIME) for f in (396.8, 409.6, 806.4, 1111.0))
     spectrum = amplitude_spectrum(wave + 1e-4 * NOISE, RATE)
     lines = gear_lines(tones, harmonics=4, sidebands=sidebands, highest=1900.0)
-    values = spectrum.values
-    return spectrum.frequency, values, measured_lines(lines, spectrum.frequency, values)
+    (read,) = measured_lines(lines, (wave + 1e-4 * NOISE)[:, None], RATE)
+    return spectrum.frequency, spectrum.values, read
 
 
 def pictures():
