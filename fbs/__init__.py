@@ -27,10 +27,14 @@ from .errors import (
     UnknownDofError,
 )
 from .estimation import Estimate, averaged_frf, impulse_frf, periodic_frf
+from .floquet import NoCommonPeriodError, Stability, stability, stability_by_period
 from .frf import Frf, Quantity, frequency_axis
+from .harmonic_balance import PeriodicResponse, SingularBalanceError, outputs, steady_state
 from .krylov import ReducedFrf, ReductionError, reduced_frf
 from .modal_synthesis import Poles, modal_frf, poles
 from .modal_truncation import TruncatedModes, truncate
+from .periodic_extremes import Extremes, extremes, waveform
+from .periodic_springs import Lattice, PeriodicSpring, common_periods, lattice
 from .records import Record
 from .schur_form import schur_frf
 from .second_order_system import SecondOrderSystem, direct_frf
@@ -46,15 +50,20 @@ __all__ = [
     "CoupledFrf",
     "DefectiveModesError",
     "Estimate",
+    "Extremes",
     "FbsError",
     "Frf",
     "IndefiniteMassError",
     "IndefiniteStiffnessError",
     "Joint",
     "JointError",
+    "Lattice",
     "Method",
     "MethodError",
+    "NoCommonPeriodError",
     "NonFiniteError",
+    "PeriodicResponse",
+    "PeriodicSpring",
     "Poles",
     "Quantity",
     "QuantityMismatchError",
@@ -63,14 +72,17 @@ __all__ = [
     "ReducedFrf",
     "ReductionError",
     "SecondOrderSystem",
+    "SingularBalanceError",
     "SingularLineError",
     "SparseSystem",
+    "Stability",
     "Synthesis",
     "TruncatedModes",
     "UffError",
     "UnknownDofError",
     "averaged_frf",
     "block_dofs",
+    "common_periods",
     "complex_modes",
     "condense_blocked",
     "condense_dynamic_stiffness",
@@ -78,9 +90,12 @@ __all__ = [
     "couple",
     "couple_chain",
     "direct_frf",
+    "extremes",
     "frequency_axis",
     "impulse_frf",
+    "lattice",
     "modal_frf",
+    "outputs",
     "periodic_frf",
     "poles",
     "read_uff",
@@ -88,7 +103,11 @@ __all__ = [
     "reduced_frf",
     "schur_frf",
     "sparse_frf",
+    "stability",
+    "stability_by_period",
+    "steady_state",
     "synthesize",
     "truncate",
+    "waveform",
     "write_uff",
 ]

@@ -5,7 +5,7 @@
 over the springs' common period T. A multiplier μ, an eigenvalue of what a period makes of (Ωη, η̇),
 with |μ| > 1 makes a motion grow by ln|μ|/T. Motions of rigid bodies strain no spring and are left
 out. Between incommensurate periods there are no multipliers (`NoCommonPeriodError`): each group of
-springs with a common period is asked alone (`common_periods`), the others at their mean.
+springs with a common period is asked alone (`stability_by_period`), the others at their mean.
 
 A period is cut into N steps of h. Between them modes vibrate freely, which is exact; at each the
 springs' variation kicks, η̇ ← η̇ − h Wᵀ D W η (Strang 1968, SIAM J. Numer. Anal. 5, 506–517). With
@@ -21,7 +21,7 @@ Modes left out follow at once, as springs: κ is then (1 + κ R)⁻¹ κ, R = Σ
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,14 +30,14 @@ from numpy.typing import ArrayLike
 from ._blocks import each, stretches
 from ._checks import ComplexArray, FloatArray, read_only
 from ._spring_receptances import refuse_strained_rigid_motions, spring_vectors
-from .damped_modes import modal_damping
+from .damped_modes import is_proportional, modal_damping
 from .errors import FbsError, first_few
 from .periodic_springs import PeriodicSpring, common_periods, lattice, shaft_frequencies
 from .second_order_system import SecondOrderSystem
 from .undamped_modes import real_modes
 
-STEPS_PER_CYCLE = 12
-"""Of the highest mode kept: ωh = 0.52, (ωh)⁴/720 of κ² is 1e-4 of that mode's frequency shift."""
+STEPS_PER_CYCLE = 6
+"""Of the highest mode kept: (ωh)⁴/720, ωh = 1.05, is 2e-3, of κ² and of that mode alone."""
 
 LEAST_STEPS = 64
 """Per period: harmonics of κ below half of it are taken, those above left out."""
@@ -124,6 +124,38 @@ def stability(
     return Stability(speeds, read_only(growth), read_only(period), modes.left_out, len(modes.omega))
 
 
+def stability_by_period(
+    system: SecondOrderSystem,
+    springs: Sequence[PeriodicSpring],
+    shaft_frequency: ArrayLike,
+    *,
+    highest_hz: float | None = None,
+) -> tuple[tuple[tuple[int, ...], Stability], ...]:
+    """Stability of every group of springs with a common period, the others at their mean.
+
+    What several periods do together is not in it: instabilities at sums of harmonics of different
+    periods, which are of second order in the variations (first order at each alone).
+
+    Parameters
+    ----------
+    system, springs, shaft_frequency, highest_hz
+        As for `stability`.
+
+    Returns
+    -------
+    tuple of (positions in ``springs``, Stability)
+        Groups of springs whose stiffness varies.
+    """
+    varying = [m for m, spring in enumerate(springs) if spring.variation.any()]
+    found = []
+    for group in common_periods([springs[m] for m in varying]):
+        where = tuple(varying[m] for m in group)
+        own = [springs[m] for m in where]
+        result = stability(system, own, shaft_frequency, highest_hz=highest_hz)
+        found.append((where, result))
+    return tuple(found)
+
+
 @dataclass(frozen=True, eq=False)
 class _Modes:
     """η̈ + Γ η̇ + Ω² η = −Σ_m w_m κ_m (w_mᵀη − …): modes kept, and R of the others.
@@ -203,22 +235,42 @@ class _Kicks:
         n, highest = len(omega), float(omega.max()) / (2.0 * np.pi)
         count = max(LEAST_STEPS, int(np.ceil(STEPS_PER_CYCLE * highest * period.max())))
         step = period / count
-        free = self._free(step)
+        vibrate = self._vibration(step)
         stretch = rows / omega
         strengths = step[:, None, None, None] * self._corrected(self._variation(count), step)
         whole = np.tile(np.eye(2 * n), (len(period), 1, 1))
         for index in range(count):
-            whole = free @ whole
+            whole = vibrate(whole)
             whole[:, n:] -= rows.T @ (strengths[:, index] @ (stretch @ whole[:, :n]))
         return whole
 
-    def _free(self, step: FloatArray) -> FloatArray:
-        """Exp of h [[0, Ω], [−Ω, −Γ]] (n_speed, 2n, 2n)."""
+    def _vibration(self, step: FloatArray) -> Callable[[FloatArray], FloatArray]:
+        """Left product with exp(h [[0, Ω], [−Ω, −Γ]]); mode by mode where they are not coupled."""
         from scipy.linalg import expm
 
-        omega = np.diag(self.modes.omega)
-        generator = np.block([[np.zeros_like(omega), omega], [-omega, -self.modes.damping]])
-        return np.asarray(expm(step[:, None, None] * generator))
+        omega, damping = self.modes.omega, self.modes.damping
+        n = len(omega)
+        if not is_proportional(damping):
+            turn = np.diag(omega)
+            generator = np.block([[np.zeros_like(turn), turn], [-turn, -damping]])
+            free = expm(step[:, None, None] * generator)
+            return lambda whole: free @ whole
+        each_mode = np.zeros((n, 2, 2))
+        each_mode[:, 0, 1], each_mode[:, 1, 0] = omega, -omega
+        each_mode[:, 1, 1] = -np.diag(damping)
+        free = expm(step[:, None, None, None] * each_mode)
+        own, other = free[..., [0, 1], [0, 1]], free[..., [0, 1], [1, 0]]
+        own, other = (part.transpose(0, 2, 1)[..., None] for part in (own, other))
+        crossed = np.empty((len(step), 2, n, 2 * n))  # new memory at each step takes as long again
+
+        def vibrate(whole: FloatArray) -> FloatArray:
+            halves = whole.reshape(crossed.shape)
+            np.multiply(other, halves[:, ::-1], out=crossed)
+            halves *= own
+            halves += crossed
+            return whole
+
+        return vibrate
 
     def _variation(self, count: int) -> FloatArray:
         """(1 + κ R)⁻¹ κ at N instants of a period (count, n_spring, n_spring)."""

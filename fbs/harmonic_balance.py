@@ -44,6 +44,9 @@ from .second_order_system import SecondOrderSystem
 BLOCK = 8
 """Speeds solved at once: their blocks' inverses stay in the cache."""
 
+CARRIES_NOTHING = 1e-9
+"""Of the largest force: a spring's that is round-off, whose missing lines say nothing."""
+
 
 class SingularBalanceError(FbsError):
     """The balance has no solution at a speed: it lies on the boundary of an instability.
@@ -86,8 +89,9 @@ class PeriodicResponse:
     residual : array, shape (n_speed,)
         What is left of the balance, of the largest p_h.
     truncation : array, shape (n_speed,)
-        Largest p_h at lines next to the lattice that it leaves out, of the largest p_h: how much
-        of the vibration the choice of lines misses.
+        How much of the vibration the choice of lines misses: of every spring the largest force line
+        that is left out, over its largest that is not; of this the largest. Lines up to 2 H and
+        P + 1 are looked at, as the lattice's lines excite them.
     """
 
     system: SecondOrderSystem
@@ -149,7 +153,7 @@ def steady_state(
     speeds = shaft_frequencies(shaft_frequency)
     modes = spring_modes(system, springs)
     lines = lattice(springs, harmonics, combinations)
-    solver = _Solver.of(springs, modes, lines, lattice(springs, harmonics + 2, combinations + 1))
+    solver = _Solver.of(springs, modes, lines, lattice(springs, 2 * harmonics, combinations + 1))
     shape = (speeds.size, len(lines.points), len(springs))
     excess, deflection = np.empty(shape, dtype=complex), np.empty(shape, dtype=complex)
     residual, truncation = np.empty(speeds.size), np.empty(speeds.size)
@@ -226,21 +230,42 @@ def _rows(rows: ArrayLike, size: int, name: str) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class _Errors:
-    """The springs' errors on lines: e_h and, per 1/s of shaft, their rate."""
+class _Lines:
+    """Lines of the springs, and what the springs' errors are there.
 
-    lines: ComplexArray
-    rates: ComplexArray
+    Parameters
+    ----------
+    lattice
+        The lines.
+    stiffness, damping : array, shape (n_spring, 1)
+    errors : complex array, shape (n_spring, n_line), m
+    """
+
+    lattice: Lattice
+    stiffness: FloatArray
+    damping: FloatArray
+    errors: ComplexArray
 
     @classmethod
-    def on(cls, springs: Sequence[PeriodicSpring], steps: IntArray, lines: Lattice) -> _Errors:
-        values = np.array(
-            [
-                2.0 * series_at(spring.error, multiples(lines.points, step))
-                for spring, step in zip(springs, steps, strict=True)
-            ]
+    def of(cls, springs: Sequence[PeriodicSpring], steps: IntArray, lines: Lattice) -> _Lines:
+        errors = [
+            2.0 * series_at(spring.error, multiples(lines.points, step))
+            for spring, step in zip(springs, steps, strict=True)
+        ]
+        stiffness, damping = (
+            np.array([[getattr(spring, key)] for spring in springs])
+            for key in ("stiffness", "damping")
         )
-        return cls(values, 2j * np.pi * lines.orders * values)
+        return cls(lines, stiffness, damping, np.array(errors))
+
+    def frequency(self, speeds: FloatArray) -> FloatArray:
+        """f_h (n_speed, n_line), Hz."""
+        return line_frequencies(speeds, self.lattice)
+
+    def constant(self, speeds: FloatArray, deflection: ComplexArray) -> ComplexArray:
+        """(k + jω c) δ of the constant springs (n_speed, n_spring, n_line)."""
+        omega = 2.0 * np.pi * self.frequency(speeds)[:, None]
+        return np.asarray((self.stiffness + 1j * omega * self.damping) * deflection)
 
 
 @dataclass(frozen=True, eq=False)
@@ -248,13 +273,11 @@ class _Solver:
     """The balance on chosen lines, and the lines next to them that are left out."""
 
     modes: SpringModes
-    lines: Lattice
+    kept: _Lines
+    dropped: _Lines
     balance: Balance
-    damping: FloatArray
-    static: FloatArray
-    errors: _Errors
-    dropped_errors: _Errors
     dropping: Convolution
+    static: FloatArray
 
     @classmethod
     def of(
@@ -271,34 +294,40 @@ class _Solver:
         static[:, 0] = [spring.static_force / spring.stiffness for spring in springs]
         return cls(
             modes,
-            lines,
+            _Lines.of(springs, lines.steps, lines),
+            _Lines.of(springs, lines.steps, dropped),
             Balance.of(springs, lines),
-            np.array([spring.damping for spring in springs]),
-            static,
-            _Errors.on(springs, lines.steps, lines),
-            _Errors.on(springs, lines.steps, dropped),
             Convolution.between(springs, lines.steps, dropped.points, lines.points),
+            static,
         )
 
     def solve(
         self, speeds: FloatArray
     ) -> tuple[ComplexArray, ComplexArray, FloatArray, FloatArray, NDArray[np.bool_]]:
         """p, d (n_speed, n_spring, n_line), residual, truncation, and where it is singular."""
-        factors = self.modes.factors(line_frequencies(speeds, self.lines))
-        receptances = self.modes.receptances(factors)
-        pressed = np.broadcast_to(
-            self.static - self.errors.lines, (speeds.size, *self.static.shape)
-        )
-        right = self.balance.vary(pressed) - self._own_force(self.errors, speeds)
+        receptances = self._receptances(self.kept, speeds)
+        pressed = np.broadcast_to(self.static - self.kept.errors, (speeds.size, *self.static.shape))
+        right = self.balance.vary(pressed) - self.kept.constant(speeds, self.kept.errors)
         excess, residual, singular = self.balance.solve(receptances, right)
         deflection = -moved(receptances, excess)
-        dropped = self.balance.stiffness[:, None] * self.dropping(pressed + deflection)
-        dropped = dropped - self._own_force(self.dropped_errors, speeds)
-        largest = np.abs(excess).max(axis=(1, 2))
-        missed = np.abs(dropped).max(axis=(1, 2)) / np.where(largest > 0.0, largest, 1.0)
-        return excess, deflection, residual, missed, singular
+        forces = self.kept.constant(speeds, self.static + deflection) + excess
+        beyond = self._dropped_forces(speeds, pressed + deflection)
+        return excess, deflection, residual, _missed(beyond, forces), singular
 
-    def _own_force(self, errors: _Errors, speeds: FloatArray) -> ComplexArray:
-        """k e + c ė (n_speed, n_spring, n_line)."""
-        k, c = self.balance.stiffness[:, None], self.damping[:, None]
-        return np.asarray(k * errors.lines + speeds[:, None, None] * (c * errors.rates))
+    def _dropped_forces(self, speeds: FloatArray, pressed: ComplexArray) -> ComplexArray:
+        """F of lines left out, from δ − e of the others."""
+        lines = self.dropped
+        excess = lines.stiffness * self.dropping(pressed) - lines.constant(speeds, lines.errors)
+        deflection = -moved(self._receptances(lines, speeds), excess)
+        return lines.constant(speeds, deflection) + excess
+
+    def _receptances(self, lines: _Lines, speeds: FloatArray) -> ComplexArray:
+        return self.modes.receptances(self.modes.factors(lines.frequency(speeds)))
+
+
+def _missed(beyond: ComplexArray, forces: ComplexArray) -> FloatArray:
+    """Largest share of a spring's largest line that another one, left out, has (n_speed,)."""
+    largest = np.abs(forces).max(axis=2)
+    counts = largest > CARRIES_NOTHING * largest.max(axis=1, keepdims=True)
+    missed = np.abs(beyond).max(axis=2, initial=0.0)
+    return np.asarray(np.where(counts, missed / np.where(counts, largest, 1.0), 0.0).max(axis=1))

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fbs import SecondOrderSystem
+from fbs.periodic_springs import SAME_PERIOD
 from mbs_models.components import mesh_name
 from mbs_models.meshing.mesh_excitation import MeshLaw
 from mbs_models.parameters import Drivetrain, ParallelStage
@@ -126,7 +127,7 @@ def parametric_system(
     for name in laws:
         if name not in meshes:
             raise CommandError(f"mesh law for '{name}': no such mesh; known: {', '.join(meshes)}")
-    frequencies = sorted({law.frequency for law in laws.values() if law.varies})
+    frequencies = _distinct([law.frequency for law in laws.values() if law.varies])
     if len(frequencies) > 1:
         listed = ", ".join(f"{frequency:g}" for frequency in frequencies)
         raise CommandError(
@@ -152,6 +153,15 @@ def parametric_system(
         tuple(laws.values()),
         float(flexibility.max(initial=0.0)),
     )
+
+
+def _distinct(frequencies: Sequence[float]) -> list[float]:
+    """Ascending; an idler's two meshes, one frequency worked out in two ways, are one."""
+    found: list[float] = []
+    for frequency in sorted(frequencies):
+        if not found or frequency > found[-1] * (1.0 + SAME_PERIOD):
+            found.append(frequency)
+    return found
 
 
 def mesh_vectors(

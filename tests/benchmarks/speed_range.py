@@ -16,11 +16,14 @@ from typing import Any
 
 import numpy as np
 
-from fbs.floquet import stability
-from fbs.frf import Quantity
-from fbs.harmonic_balance import PeriodicResponse, outputs, steady_state
-from fbs.periodic_extremes import extremes
-from fbs.periodic_springs import common_periods
+from fbs import (
+    PeriodicResponse,
+    Quantity,
+    extremes,
+    outputs,
+    stability_by_period,
+    steady_state,
+)
 from mbs_models.meshing.operating_point import operating_point
 from mbs_models.model_file import load
 from mbs_models.parameters import Drivetrain
@@ -41,9 +44,7 @@ def varied(drivetrain: Drivetrain) -> Drivetrain:
             keys[f"{name}_variation"] = TRAPEZOID
             keys[f"{name}_transmission_error"] = ERROR
         drivetrain = with_stage(drivetrain, stage.name, **keys)
-    return changed(
-        drivetrain, damping={"stiffness_proportional": 1e-6, "mass_proportional": 20.0}
-    )
+    return changed(drivetrain, damping={"stiffness_proportional": 1e-6, "mass_proportional": 20.0})
 
 
 def reducer() -> Drivetrain:
@@ -80,15 +81,13 @@ def gears(model: PeriodicDrivetrain, speeds: np.ndarray) -> None:
 
 def stable(model: PeriodicDrivetrain, speeds: np.ndarray) -> None:
     """Stability of every stage that varies, the others at their mean."""
-    for group in common_periods(model.springs):
-        springs = [model.springs[m] for m in group]
-        result = timed(
-            f"stability, {len(springs)} meshes",
-            lambda springs=springs: stability(model.system, springs, speeds),
-        )
+    name = "stability of each period"
+    found = timed(name, lambda: stability_by_period(model.system, model.springs, speeds))
+    for group, result in found:
         print(
-            f"    {result.n_modes} modes, {result.left_out:.1e} of a mesh's flexibility above; "
-            f"growth {result.growth_rate.min():.3g} to {result.growth_rate.max():.3g} 1/s"
+            f"      {len(group)} meshes: {result.n_modes} modes, {result.left_out:.1e} of a mesh's "
+            f"flexibility above; growth {result.growth_rate.min():.3g} to "
+            f"{result.growth_rate.max():.3g} 1/s"
         )
 
 

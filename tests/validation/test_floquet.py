@@ -298,6 +298,27 @@ def test_exudyn_becomes_unstable_where_floquet_says() -> None:
         assert change > 10.0 if grows else change < 0.1, (frequency, rate, change)
 
 
+def test_one_frequency_worked_out_in_two_ways_is_one() -> None:
+    """977 rpm of 20 teeth, through an idler: its two meshes' frequencies differ in the last digit.
+
+    Half a round-off apart they have a common period; 1e-6 apart they have not.
+    """
+    drivetrain = geared()
+    laws = operating_point(drivetrain, speed_rpm=speed_for(drivetrain, 1000.0)).laws
+    first = next(iter(laws))
+    nearly = dict(laws) | {
+        first: replace(laws[first], frequency=math.nextafter(laws[first].frequency, math.inf))
+    }
+    assert nearly[first].frequency != laws[first].frequency
+    expected = growth_rate(parametric_system(drivetrain, laws), 14963.0)
+    assert growth_rate(parametric_system(drivetrain, nearly), 14963.0) == expected
+    apart = dict(laws) | {
+        first: replace(laws[first], frequency=laws[first].frequency * (1.0 + 1e-6))
+    }
+    with pytest.raises(CommandError, match="without a common period"):
+        parametric_system(drivetrain, apart)
+
+
 # Refusals
 
 
