@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,7 @@ from fbs.periodic_extremes import extremes, waveform
 from fbs.periodic_springs import Lattice, PeriodicSpring, common_periods, lattice
 from fbs.second_order_system import SecondOrderSystem
 
-from .turning import Bearing, Turning
+from .turning import SOLVED, Bearing, Turning, shown_lines
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -41,7 +42,7 @@ class Task:
     bearings
         Whose forces are asked for.
     harmonics
-        Of each mesh frequency.
+        Of each mesh frequency, that are shown.
     """
 
     system: SecondOrderSystem
@@ -49,12 +50,24 @@ class Task:
     bearings: tuple[Bearing, ...]
     harmonics: int
 
+    def solve(self, shaft_frequency: FloatArray) -> PeriodicResponse:
+        """The steady state with all lines that are solved for."""
+        return steady_state(
+            self.system, self.springs, shaft_frequency, harmonics=SOLVED * self.harmonics
+        )
+
+    @cached_property
+    def lines(self) -> Lattice:
+        """The lines shown."""
+        return lattice(self.springs, self.harmonics)
+
 
 @dataclass(frozen=True, eq=False)
 class Speeds:
     """What happens at some speeds (rows); NaN where there is no steady state.
 
-    Lines are those of the lattice, the mean first: x(t) = Re Σ_h x_h exp(j2π f_h t).
+    Lines, x(t) = Re Σ_h x_h exp(j2π f_h t), are those shown, the mean first. All other quantities
+    have all the lines that are solved for.
 
     Attributes
     ----------
@@ -123,14 +136,12 @@ def evaluate(task: Task, rpm: Sequence[float]) -> Speeds:
     speeds = np.asarray(rpm, dtype=float)
     solved = np.ones(len(speeds), dtype=bool)
     try:
-        found = steady_state(task.system, task.springs, speeds / 60.0, harmonics=task.harmonics)
+        found = task.solve(speeds / 60.0)
     except SingularBalanceError as error:
         solved = ~np.isin(speeds / 60.0, error.shaft_frequencies)
         if not solved.any():
             return failed(task, speeds, BOUNDARY)
-        found = steady_state(
-            task.system, task.springs, speeds[solved] / 60.0, harmonics=task.harmonics
-        )
+        found = task.solve(speeds[solved] / 60.0)
     steady = _steady(task, speeds[solved], found)
     pieces = [steady] if solved.all() else [steady, failed(task, speeds[~solved], BOUNDARY)]
     return replace(joined(pieces), growth=growth_rates(task, np.sort(speeds) / 60.0))
@@ -138,7 +149,7 @@ def evaluate(task: Task, rpm: Sequence[float]) -> Speeds:
 
 def failed(task: Task, rpm: Sequence[float] | FloatArray, why: str) -> Speeds:
     """Speeds without a steady state, and why."""
-    n, lines = len(rpm), len(lattice(task.springs, task.harmonics).points)
+    n, lines = len(rpm), len(task.lines.points)
     n_mesh, n_bearing = len(task.springs), len(task.bearings)
 
     def nothing(*shape: int) -> FloatArray:
@@ -166,16 +177,17 @@ def _steady(task: Task, rpm: FloatArray, found: PeriodicResponse) -> Speeds:
     reached = extremes(forces, found.lattice)
     lengths, longest = _bearing_forces(task.bearings, found)
     everything = np.eye(len(task.system.dofs))
+    shown = shown_lines(task.lines, found.lattice)
     return Speeds(
         rpm=rpm,
         status=np.full(len(rpm), "ok"),
-        mesh=forces,
+        mesh=forces[:, shown],
         mesh_max=reached.largest,
         mesh_min=reached.smallest,
         mesh_rms=np.sqrt(0.5 * np.sum(np.abs(forces[:, 1:]) ** 2, axis=1)),
-        bearing=lengths,
+        bearing=lengths[:, shown],
         bearing_peak=longest,
-        acceleration=outputs(found, everything, quantity=Quantity.ACCELERANCE),
+        acceleration=outputs(found, everything, quantity=Quantity.ACCELERANCE)[:, shown],
         growth=np.full(len(rpm), np.nan),
         residual=found.residual,
         truncation=found.truncation,

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fbs.harmonic_balance import PeriodicResponse, steady_state
 from fbs.periodic_springs import Lattice, PeriodicSpring, lattice
 from mbs_models.components import Components, SpringKind
 from mbs_models.drivetrain import build_drivetrain
@@ -20,6 +21,7 @@ from .plan import SpeedPlan
 
 FloatArray = NDArray[np.float64]
 
+SOLVED = 2  # times the harmonics that are shown
 FAMILY_NAMES = {"mesh": "mesh", "sun_mesh": "sun meshes", "ring_mesh": "ring meshes"}
 
 
@@ -75,7 +77,8 @@ class Turning:
     parts
         Bodies and springs as exudyn has them.
     lattice
-        The lines of the steady state; None where nothing excites.
+        The lines that are shown; None where nothing excites. Twice as many harmonics are solved
+        for, since the last ones of a balance miss what still higher ones give them back.
     families, bearings
         Of meshes, and what holds the bodies.
     """
@@ -103,6 +106,24 @@ class Turning:
         """The lattice where something excites."""
         assert self.lattice is not None
         return self.lattice
+
+    def steady_state(
+        self, shaft_frequency: Sequence[float] | FloatArray, step: float | None = None
+    ) -> PeriodicResponse:
+        """The steady state on all lines solved for; see `fbs.harmonic_balance.steady_state`."""
+        return steady_state(
+            self.periodic.system,
+            self.periodic.springs,
+            shaft_frequency,
+            harmonics=SOLVED * self.plan.harmonics,
+            step=step,
+        )
+
+
+def shown_lines(shown: Lattice, solved: Lattice) -> NDArray[np.int64]:
+    """Where the lines shown stand among those solved for."""
+    place = {tuple(point): line for line, point in enumerate(solved.points.tolist())}
+    return np.array([place[tuple(point)] for point in shown.points.tolist()])
 
 
 def excited(springs: Sequence[PeriodicSpring]) -> bool:
