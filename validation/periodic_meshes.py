@@ -64,7 +64,7 @@ def parametric(
     if point.speed_rpm is None:
         raise CommandError("mesh frequencies need a speed: the operating point has none")
     system = build_drivetrain(drivetrain)
-    linear = linearize(system)
+    linear = point.linear
     turns = abs(point.speed_rpm) / 60.0
     springs = []
     for spring in components(system).springs:
