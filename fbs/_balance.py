@@ -27,6 +27,8 @@ EPS = float(np.finfo(float).eps)
 CONVERGED = 1e-12
 ALLOWED_RESIDUAL = 1e-10
 MAX_STEPS = 60
+SUSPECT = 1e8
+"""Of |p|/|r|, which is no larger than the condition number: round-off above is looked at."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,7 +174,7 @@ class Balance:
             |p + k T Y p − r|, of the largest |p|.
         singular : bool array, shape (n_speed,)
         """
-        inverses, singular = self._inverses(receptances)
+        inverses, suspect = self._inverses(receptances)
         scaled = self.stiffness[:, None, None] * self.convolution
 
         def operator(flat: FloatArray) -> FloatArray:
@@ -192,14 +194,16 @@ class Balance:
         flat = np.ascontiguousarray(right).view(float).reshape(len(right), -1)
         found = gmres(operator, preconditioner, flat, CONVERGED, MAX_STEPS)
         left = _relative(operator(found) - flat, found)
-        for speed in np.flatnonzero(~(left <= ALLOWED_RESIDUAL) & ~singular):
+        suspect |= ~(left <= ALLOWED_RESIDUAL) | (_size(found) > SUSPECT * _size(flat))
+        singular = np.zeros_like(suspect)
+        for speed in np.flatnonzero(suspect):
             found[speed], left[speed], singular[speed] = self._dense(
                 receptances[speed], flat[speed]
             )
         return found.reshape(*right.shape, 2).view(complex)[..., 0], left, singular
 
     def _inverses(self, receptances: ComplexArray) -> tuple[list[FloatArray], NDArray[np.bool_]]:
-        """Of every block; the balance is singular where its only block is."""
+        """Of every block, and where one is singular."""
         inverses = []
         lost = np.zeros(len(receptances), dtype=bool)
         for block in self.blocks:
@@ -207,8 +211,7 @@ class Balance:
             inverse, _ = _batched.inverse(matrices)
             lost |= is_singular(matrices, inverse)
             inverses.append(np.nan_to_num(inverse, nan=0.0))
-        several = len({tuple(block.springs) for block in self.blocks}) > 1
-        return inverses, np.zeros_like(lost) if several else lost
+        return inverses, lost
 
     def _dense(
         self, receptances: ComplexArray, right: FloatArray
@@ -237,8 +240,12 @@ def is_singular(matrices: FloatArray, inverses: FloatArray) -> NDArray[np.bool_]
 
 
 def _relative(left: FloatArray, found: FloatArray) -> FloatArray:
-    size = np.abs(found).max(axis=1)
-    return np.asarray(np.abs(left).max(axis=1) / np.where(size > 0.0, size, 1.0))
+    size = _size(found)
+    return np.asarray(_size(left) / np.where(size > 0.0, size, 1.0))
+
+
+def _size(rows: FloatArray) -> FloatArray:
+    return np.asarray(np.abs(rows).max(axis=1))
 
 
 def _classes(points: IntArray, step: IntArray) -> list[IntArray]:

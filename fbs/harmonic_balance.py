@@ -91,7 +91,7 @@ class PeriodicResponse:
     truncation : array, shape (n_speed,)
         How much of the vibration the choice of lines misses: of every spring the largest force line
         that is left out, over its largest that is not; of this the largest. Lines up to 2 H and
-        P + 1 are looked at, as the lattice's lines excite them.
+        P + 1 (at least 4) are looked at, as the lattice's lines excite them.
     step : float or None, s
         Of the trapezoidal rule whose solution it is; None: the exact one.
     """
@@ -161,7 +161,7 @@ def steady_state(
     speeds = shaft_frequencies(shaft_frequency)
     modes = spring_modes(system, springs)
     lines = lattice(springs, harmonics, combinations)
-    more = lattice(springs, 2 * harmonics, combinations + 1)
+    more = lattice(springs, 2 * harmonics, max(combinations + 1, COMBINATIONS + 1))
     solver = _Solver.of(springs, modes, lines, more, step)
     shape = (speeds.size, len(lines.points), len(springs))
     excess, deflection = np.empty(shape, dtype=complex), np.empty(shape, dtype=complex)

@@ -11,15 +11,15 @@ from ._checks import ComplexArray, FloatArray
 from .errors import FbsError
 from .periodic_springs import IntArray, Lattice
 
-PER_PERIOD = 8
-"""Points per period of the fastest line: the top of a cosine lies within 0.4 rad of one."""
+PER_PERIOD = 16
+"""Points per period of the fastest line: the top of a cosine lies within 0.2 rad of one."""
 
 STARTS = (0.0, 1.0)
 """Golden parts of a turn, by phase: where searches in several phases begin."""
 
 SWEEPS = 3
 NEWTON_STEPS = 5
-"""From 0.4 rad: the error is cubed each time, a maximum being even to third order."""
+"""From 0.2 rad: the error is squared each time, from 1e-2 to 1e-16 in three."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,11 +58,11 @@ def waveform(lines: ComplexArray, lattice: Lattice, turns: ArrayLike) -> FloatAr
 def extremes(lines: ComplexArray, lattice: Lattice) -> Extremes:
     """Largest and smallest values over all phases.
 
-    In one phase: the best point of a grid, refined by Newton's method. In several: along one phase
-    after the other, from several starts, which finds the extremes of a sum of functions of one
-    phase each exactly; where combinations of phases carry much of the signal, a local extreme may
-    be taken for the largest. With several independent phases every combination of them comes up to
-    any closeness in the long run: the extremes are those of a long time, not of one period.
+    In one phase: every point of a grid that can belong to the largest, refined by Newton's method.
+    In several: along one phase after the other, from several starts, which finds the extremes of a
+    sum of functions of one phase each; where combinations of phases carry much of the signal, a
+    local extreme may be taken for the largest. Several independent phases come as near to any
+    combination as one likes in the long run: the extremes are those of a long time.
 
     Parameters
     ----------
@@ -95,19 +95,39 @@ def _check(lines: ComplexArray, lattice: Lattice) -> None:
 def _largest(lines: ComplexArray, points: IntArray) -> FloatArray:
     """Of every signal (n_signal, n_line)."""
     n_phase = points.shape[1]
+    if n_phase == 1:
+        return _largest_of_one_phase(lines, points)
     golden = np.pi * (np.sqrt(5.0) - 1.0) * np.arange(1, n_phase + 1)
     best = np.full(len(lines), -np.inf)
-    for start in STARTS[: 1 if n_phase == 1 else None]:
+    for start in STARTS:
         phases = np.tile(start * golden, (len(lines), 1))
-        for _ in range(1 if n_phase == 1 else SWEEPS):
+        for _ in range(SWEEPS):
             for axis in range(n_phase):
-                phases[:, axis] = _best_along(lines, points, phases, axis)
+                grid, value = _along(lines, points, phases, axis)
+                phases[:, axis] = grid[np.argmax(value, axis=1)]
         best = np.maximum(best, _refined(lines, points, phases))
     return best
 
 
-def _best_along(lines: ComplexArray, points: IntArray, phases: FloatArray, axis: int) -> FloatArray:
-    """Where on a grid of one phase each signal is largest, the others given."""
+def _largest_of_one_phase(lines: ComplexArray, points: IntArray) -> FloatArray:
+    """A maximum is above its nearest grid point by ½ (d/2)² Σ h²|x_h| at most, d the grid's step.
+
+    What is no local maximum of the grid, or below the highest by more, cannot be it.
+    """
+    grid, value = _along(lines, points, np.zeros((len(lines), 1)), 0)
+    slack: FloatArray = 0.125 * grid[1] ** 2 * (np.abs(lines) @ points[:, 0] ** 2)
+    top: FloatArray = value.max(axis=1)
+    beside = np.maximum(np.roll(value, 1, axis=1), np.roll(value, -1, axis=1))
+    possible = (value >= beside) & (value >= (top - slack)[:, None])
+    signal, place = np.nonzero(possible)
+    np.maximum.at(top, signal, _refined(lines[signal], points, grid[place][:, None]))
+    return top
+
+
+def _along(
+    lines: ComplexArray, points: IntArray, phases: FloatArray, axis: int
+) -> tuple[FloatArray, FloatArray]:
+    """A grid of one phase, and every signal on it, the other phases given."""
     others = phases.copy()
     others[:, axis] = 0.0
     orders, which = np.unique(points[:, axis], return_inverse=True)
@@ -115,8 +135,7 @@ def _best_along(lines: ComplexArray, points: IntArray, phases: FloatArray, axis:
     count = PER_PERIOD * max(1, int(np.abs(orders).max()))
     grid = 2.0 * np.pi * np.arange(count) / count
     wave = np.exp(1j * np.multiply.outer(orders, grid))
-    value = gathered.real @ wave.real - gathered.imag @ wave.imag
-    return np.asarray(grid[np.argmax(value, axis=1)])
+    return grid, gathered.real @ wave.real - gathered.imag @ wave.imag
 
 
 def _refined(lines: ComplexArray, points: IntArray, phases: FloatArray) -> FloatArray:

@@ -12,7 +12,6 @@ from fbs.periodic_springs import PeriodicSpring
 from fbs.second_order_system import SecondOrderSystem
 from mbs_models.components import SpringKind
 from mbs_models.drivetrain import build_drivetrain
-from mbs_models.linearization import linearize
 from mbs_models.meshing.mesh_excitation import MeshLaw
 from mbs_models.meshing.operating_point import OperatingPoint
 from mbs_models.meshing.waveforms import Waveform
