@@ -66,7 +66,7 @@ def parametric(
     linear = point.linear
     turns = abs(point.speed_rpm) / 60.0
     springs = []
-    for spring in components(system).springs:
+    for spring in components(system, point.displacement).springs:
         if spring.kind is not SpringKind.MESH:
             continue
         law = point.laws.get(spring.name, MeshLaw())
