@@ -1,9 +1,10 @@
 """What must hold of every steady state, whatever the speed: mean forces are in equilibrium.
 
-A motion R that strains nothing once a family of meshes is taken out (the sun of a stage turning
-alone, and all that hangs on it) is held by that family alone. Nothing accelerates for good, so that
+Take a family of meshes out (all between sun and planets): the motion R that strains nothing else
+and moves all its meshes alike, v_mᵀ R = 1, is held by that family alone. It is a rotation of what
+hangs together, so that no tilt of lines of action matters. Nothing accelerates for good, hence
 
-    Σ_m (v_mᵀ R) F̄_m = fᵀ R,    F̄_m the mean forces of its meshes, f the load,
+    Σ_m F̄_m = fᵀ R,    F̄_m the mean forces of its meshes, f the load,
 
 however the meshes vary: the torque through a family is what statics say. On a planet nothing but
 its two meshes has a torque, whose means are equal for that reason.
@@ -54,33 +55,38 @@ def _torques(turning: Turning, found: Speeds) -> Iterator[Check]:
         return
     for family in turning.families:
         held = _held_by(turning, family)
-        if not held.shape[1]:
+        if held is None:
             continue
-        columns = list(family.columns)
-        vectors = np.array([turning.periodic.springs[c].vector for c in columns])
-        mean = found.mesh[found.ok][:, 0, columns].real
-        wanted = load @ held
-        carried = mean @ (vectors @ held)
-        scale = np.abs(mean).sum(axis=1).max() * np.abs(vectors @ held).max()
+        mean = found.mesh[found.ok][:, 0, list(family.columns)].real.sum(axis=1)
+        wanted = float(load @ held)
         yield _check(
             "mean mesh forces against statics",
             family.name,
-            "largest difference, of the family’s mean forces",
+            "largest difference of their sum, of the largest of any",
             found.rpm[found.ok],
-            np.abs(carried - wanted).max(axis=1) / scale,
+            np.abs(mean - wanted) / max(np.abs(mean).max(), abs(wanted)),
         )
 
 
-def _held_by(turning: Turning, family: MeshFamily) -> FloatArray:
-    """Motions (n_dof, n) that strain nothing without the family, and are not free with it."""
+def _held_by(turning: Turning, family: MeshFamily) -> FloatArray | None:
+    """R (n_dof,) of a family; None where there is none, as in a loop."""
     parts = turning.parts
     names = {turning.meshes[column] for column in family.columns}
     without = replace(parts, springs=tuple(s for s in parts.springs if s.name not in names))
-    free, more = free_motions(parts), free_motions(without)
-    more = more - free @ (free.T @ more)
-    left, sizes, _ = np.linalg.svd(more, full_matrices=False)
-    held: FloatArray = left[:, sizes > 1e-6]  # of orthonormal vectors: 0 or 1
-    return held
+    free = free_motions(without)
+    vectors = np.array(
+        [
+            np.sign(s.deflection[0] @ turning.periodic.springs[column].vector) * s.deflection[0]
+            for column in family.columns
+            for s in parts.springs
+            if s.name == turning.meshes[column]
+        ]
+    )
+    alike = np.ones(len(vectors))
+    share, *_ = np.linalg.lstsq(vectors @ free, alike, rcond=1e-9)
+    if np.abs(vectors @ free @ share - alike).max() > 1e-9:
+        return None
+    return np.asarray(free @ share)
 
 
 def _planets(turning: Turning, found: Speeds) -> Iterator[Check]:
