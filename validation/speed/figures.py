@@ -30,6 +30,7 @@ from .findings import SpeedRange
 FloatArray = NDArray[np.float64]
 
 DASHES = ("solid", (0, (5, 1.5)), (0, (1.5, 1.5)), (0, (6, 1.5, 1.5, 1.5)))
+COLOURS = "YlGnBu"  # pale where there is little
 MAP_DECIBELS = 60.0  # below the largest line
 MAP_COLUMNS = 400
 MOST_ROWS = 14  # of an order map
@@ -187,7 +188,7 @@ def waterfall_figure(
         Natural frequency (Hz) → the number of the peaks it makes.
     """
     with styled():
-        figure = Figure(figsize=(WIDTH, 3.9 * len(maps)), layout="constrained", dpi=150)
+        figure = Figure(figsize=(WIDTH, 3.2 * len(maps)), layout="constrained", dpi=150)
         panels = figure.subplots(len(maps), 1, sharex=True, squeeze=False)[:, 0]
         for axes, shown in zip(panels, maps, strict=True):
             _draw_waterfall(figure, axes, rpm, shown, natural)
@@ -209,7 +210,7 @@ def _draw_waterfall(
         segments.append(np.stack([points[:-1], points[1:]], axis=1))
         colors.append(np.maximum(level[at][:-1, line], level[at][1:, line]))
     rays = LineCollection(
-        list(np.concatenate(segments)), array=np.concatenate(colors), cmap="viridis_r", lw=2.2,
+        list(np.concatenate(segments)), array=np.concatenate(colors), cmap=COLOURS, lw=2.2,
         capstyle="butt",
     )  # fmt: skip
     rays.set_clim(top - MAP_DECIBELS, top)
@@ -245,7 +246,7 @@ def order_map_figure(name: str, rpm: FloatArray, shown: LineMap) -> str:
         axes = figure.subplots()
         image = axes.pcolormesh(
             edges, np.arange(len(rows) + 1), np.maximum(level, top - MAP_DECIBELS).T,
-            cmap="viridis_r", vmin=top - MAP_DECIBELS, vmax=top, rasterized=True,
+            cmap=COLOURS, vmin=top - MAP_DECIBELS, vmax=top, rasterized=True,
         )  # fmt: skip
         axes.grid(visible=False)
         axes.set_yticks(

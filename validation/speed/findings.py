@@ -17,9 +17,11 @@ from .turning import MeshFamily, Turning
 
 FloatArray = NDArray[np.float64]
 
-# A peak stands out of the valleys beside it by so much of the highest peak of any family.
-PROMINENCE = 0.03
-SAME_SPEED = 1.5  # steps: peaks of several families so close, of one line, are one resonance
+# A peak stands out of the valleys beside it by so much of its family's highest, and by so much of
+# the static force: less is no resonance to mind.
+PROMINENCE, LEAST = 0.05, 0.01
+SAME_SPEED = 0.01  # relative: peaks of several families so close, of one line, are one resonance
+BESIDE = 0.03  # relative: outside a resonance
 REPEATED = 1e-6  # relative: modes of one frequency answer together
 GROWING = 1e-6  # ln|μ| over a period that is no round-off of multipliers on the unit circle
 
@@ -105,17 +107,13 @@ def peaks(turning: Turning, found: Speeds, modes: Modes, *, most: int = 20) -> t
     """The resonances that stand out, the highest first."""
     if len(found.rpm) < 3:
         return ()
-    candidates = sorted(_family_peaks(turning, found, modes), key=lambda peak: -peak.height)
-    step = float(np.median(np.diff(found.rpm)))
     kept: list[Peak] = []
-    for peak in candidates:
-        alike = [
-            other
+    for peak in sorted(_family_peaks(turning, found, modes), key=lambda peak: -peak.height):
+        if not any(
+            other.line == peak.line
+            and abs(other.speed_rpm - peak.speed_rpm) <= SAME_SPEED * peak.speed_rpm
             for other in kept
-            if other.line == peak.line
-            and abs(other.speed_rpm - peak.speed_rpm) <= SAME_SPEED * step
-        ]
-        if not alike:
+        ):
             kept.append(peak)
     return tuple(kept[:most])
 
@@ -126,13 +124,13 @@ def _family_peaks(turning: Turning, found: Speeds, modes: Modes) -> Iterator[Pea
     heights = family_heights(turning, found)
     static = turning.static_forces
     base = 1.0 if np.any(static > 0.0) else 0.0
-    highest = max(np.nanmax(height, initial=base) - base for height in heights.values())
-    if not highest > 0.0:
-        return
     answers = ModeAnswers.of(turning, modes)
     for family in turning.families:
         curve = np.nan_to_num(heights[family.name], nan=base)
-        for at in find_peaks(curve, prominence=PROMINENCE * highest)[0]:
+        least = max(PROMINENCE * float(curve.max() - base), LEAST * base)
+        if not least > 0.0:
+            continue
+        for at in find_peaks(curve, prominence=least)[0]:
             column = _loudest(family, found, int(at), static)
             line = _rising_line(found, int(at), column)
             mode, share = answers.loudest(found.acceleration[at, line], column)
@@ -153,10 +151,10 @@ def _loudest(family: MeshFamily, found: Speeds, at: int, static: FloatArray) -> 
 
 
 def _rising_line(found: Speeds, at: int, column: int) -> int:
-    """The line that stands out most there over its own median: the one that makes the peak."""
-    amplitude = np.abs(found.mesh[:, 1:, column])
-    rise = amplitude[at] - np.nanmedian(amplitude, axis=0)
-    return int(np.argmax(rise)) + 1
+    """The line that stands out most over what it is a little slower and faster."""
+    amplitude = np.nan_to_num(np.abs(found.mesh[:, 1:, column]))
+    beside = closest(found.rpm, [found.rpm[at] * (1.0 - BESIDE), found.rpm[at] * (1.0 + BESIDE)])
+    return int(np.argmax(amplitude[at] - amplitude[beside].mean(axis=0))) + 1
 
 
 @dataclass(frozen=True, eq=False)

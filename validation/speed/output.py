@@ -118,7 +118,7 @@ def speed_document(result: SpeedResult, made: Provenance) -> dict[str, Any]:
         "input": plan.input,
         "torque_nm": plan.torque,
         "harmonics": plan.harmonics,
-        "rpm": rounded(plan.speeds, SIGNIFICANT_DIGITS),
+        "rpm": rounded(plan.speeds if found is None else found.rpm, SIGNIFICANT_DIGITS),
         "mesh_orders": {
             stage: frequency * 60.0 / abs(turning.point.speed_rpm or 1.0)
             for stage, frequency in turning.point.mesh_frequencies.items()

@@ -40,6 +40,8 @@ class SpeedPlan:
         Of each mesh frequency.
     checked
         Speeds (rpm) at which exudyn's time integration is the witness.
+    is_range
+        Whether the speeds stand for all between them.
     notes
         What was left out or assumed.
     """
@@ -50,6 +52,7 @@ class SpeedPlan:
     responses: tuple[str, ...] | None = ()
     harmonics: int = 10
     checked: tuple[float, ...] = ()
+    is_range: bool = False
     notes: tuple[str, ...] = ()
 
     @property
@@ -129,6 +132,7 @@ def plan(
         None if responses is None else tuple(responses),
         harmonics,
         checked,
+        (speed is None or ":" in speed) and len(speeds) > 1,
         tuple(notes),
     )
 

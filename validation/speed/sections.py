@@ -182,7 +182,8 @@ def _families(result: SpeedResult, found: Speeds) -> Table:
 def _drift(mean: FloatArray, static: FloatArray) -> str:
     if not np.any(static):
         return "–"
-    return f"{100.0 * float(np.nanmax(np.abs(mean - static)) / np.abs(static).max()):.2g} %"
+    share = 100.0 * float(np.nanmax(np.abs(mean - static)) / np.abs(static).max())
+    return f"{share:.2g} %" if share >= 1e-3 else "< 0.001 %"
 
 
 def mesh_maps(result: SpeedResult) -> tuple[LineMap, ...]:

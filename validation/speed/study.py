@@ -26,6 +26,7 @@ from .checks import steady_checks
 from .findings import Parting, Peak, loudest_dofs, partings, peaks
 from .instability import Unstable, unstable_ranges
 from .plan import SpeedPlan
+from .resonance_speeds import resonance_speeds
 from .steady import Speeds, Task, evaluate, failed, joined, task
 from .turning import Turning, turning
 from .witness import Witness, witness, witness_checks
@@ -126,8 +127,9 @@ def run(
             turns, None, modes, energies,
             margins=near, warnings=_given(plan), seconds=clock.seconds,
         )  # fmt: skip
+    speeds = np.union1d(plan.speeds, resonance_speeds(turns, modes))
     found = clock.timed(
-        "steady states", lambda: _speeds(task(turns), plan, workers, progress, warn)
+        "steady states", lambda: _speeds(task(turns), speeds, workers, progress, warn)
     )
     if not found.ok.any():
         raise CommandError(f"no speed has a steady state: {found.status[0]}")
@@ -151,7 +153,7 @@ def run(
 
 def _speeds(
     todo: Task,
-    plan: SpeedPlan,
+    rpm: FloatArray,
     workers: Workers,
     progress: Progress,
     warn: Callable[[str], None],
@@ -162,7 +164,7 @@ def _speeds(
         lambda speed, why: failed(todo, (speed,), why),
         "speeds",
     )
-    speeds = [float(speed) for speed in plan.speeds]
+    speeds = [float(speed) for speed in rpm]
     pieces = {str(k): tuple(speeds[k : k + CHUNK]) for k in range(0, len(speeds), CHUNK)}
     done, parts = 0, []
     progress("steady states", done, len(speeds))
@@ -204,8 +206,8 @@ def _warnings(found: Speeds) -> tuple[str, ...]:
     if missed > TRUNCATED:
         at = float(found.rpm[int(np.nanargmax(found.truncation))])
         told.append(
-            f"the lines chosen miss up to {missed:.1%} of the vibration (at {at:.5g} rpm); more "
-            "harmonics (--harmonics) have more of it"
+            f"the lines chosen miss up to {100.0 * missed:.2g} % of the vibration "
+            f"(at {at:.5g} rpm); more harmonics (--harmonics) have more of it"
         )
     return tuple(told)
 

@@ -18,6 +18,15 @@ LISTED_MARGINS = 12
 
 def verdict(result: SpeedResult) -> str:
     """The study in a sentence."""
+    wrong = sum(not check.agrees for check in result.checks)
+    if wrong:
+        return f"{wrong} of {len(result.checks)} checks disagree"
+    agreed = "; exudyn in time agrees" if result.witnesses else ""
+    return summary(result) + agreed
+
+
+def summary(result: SpeedResult) -> str:
+    """What stands out most."""
     plan, found = result.turning.plan, result.found
     if found is None:
         return "Nothing excites: no mesh varies under load, and none has a transmission error"
@@ -41,6 +50,8 @@ def _conclusions(result: SpeedResult) -> Iterator[str]:
             "under torque, or a mesh_transmission_error."
         )
         return
+    if not result.agrees:
+        yield f"{summary(result)}."
     if result.unstable:
         listed = "; ".join(unstable_in_words(unstable) for unstable in result.unstable)
         yield f"Parametrically unstable: {listed}. The steady state is not reached there."
