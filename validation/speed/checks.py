@@ -109,7 +109,6 @@ def _planets(turning: Turning, found: Speeds) -> Iterator[Check]:
 def _check(name: str, subject: str, measure: str, rpm: FloatArray, values: FloatArray) -> Check:
     worst = int(np.argmax(values))
     value = float(values[worst])
-    findings = ()
-    if not value <= MEAN_TOLERANCE:
-        findings = (f"largest at {rpm[worst]:.5g} rpm",)
+    wrong = not value <= MEAN_TOLERANCE
+    findings = (f"largest at {rpm[worst]:.5g} rpm",) if wrong else ()
     return Check(name, subject, ROUTES, measure, value, MEAN_TOLERANCE, MEAN_REASON, findings)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -22,6 +23,7 @@ from ..report.style import (
     ROUTE_COLORS,
     VERMILLION,
     WIDTH,
+    spread,
     styled,
     svg,
 )
@@ -32,7 +34,8 @@ FloatArray = NDArray[np.float64]
 DASHES = ("solid", (0, (5, 1.5)), (0, (1.5, 1.5)), (0, (6, 1.5, 1.5, 1.5)))
 COLOURS = "YlGnBu"  # pale where there is little
 MAP_DECIBELS = 60.0  # below the largest line
-MAP_COLUMNS = 400
+RAY_DECIBELS = 40.0  # the same for rays
+NAME_HEIGHT = 0.05  # of an axis: a line of text
 MOST_ROWS = 14  # of an order map
 UNSTABLE, PARTED = "#f6d3c0", "#fff0c4"
 
@@ -109,7 +112,7 @@ def curves_figure(
         return svg(figure, name, f"{title} over speed")
 
 
-def _styles(count: int) -> list[dict[str, object]]:
+def _styles(count: int) -> list[dict[str, Any]]:
     """Colours first, then dashes: curves stay apart in grey too."""
     colours = len(ROUTE_COLORS)
     return [
@@ -202,35 +205,44 @@ def _draw_waterfall(
     figure: Figure, axes: Axes, rpm: FloatArray, shown: LineMap, natural: Mapping[float, str]
 ) -> None:
     level, top = _decibels(shown.amplitude)
-    at = np.unique(np.linspace(0, len(rpm) - 1, MAP_COLUMNS).round().astype(int))
-    visible = np.flatnonzero((level > top - MAP_DECIBELS).any(axis=0))
+    visible = np.flatnonzero((level > top - RAY_DECIBELS).any(axis=0))
     segments, colors = [], []
     for line in visible[np.argsort(level[:, visible].max(axis=0))]:  # the loudest on top
-        points = np.column_stack([rpm[at], shown.orders[line] * rpm[at] / 60.0])
+        points = np.column_stack([rpm, shown.orders[line] * rpm / 60.0])
         segments.append(np.stack([points[:-1], points[1:]], axis=1))
-        colors.append(np.maximum(level[at][:-1, line], level[at][1:, line]))
+        colors.append(np.maximum(level[:-1, line], level[1:, line]))
     rays = LineCollection(
         list(np.concatenate(segments)), array=np.concatenate(colors), cmap=COLOURS, lw=2.2,
         capstyle="butt",
     )  # fmt: skip
-    rays.set_clim(top - MAP_DECIBELS, top)
+    rays.set_clim(top - RAY_DECIBELS, top)
     rays.set_rasterized(True)
     axes.add_collection(rays)
     highest = float(shown.orders[visible].max() * rpm[-1] / 60.0)
     axes.set_ylim(0.0, 1.02 * highest)
-    for frequency, number in natural.items():
-        if frequency < highest:
-            axes.axhline(frequency, color=VERMILLION, lw=0.6, ls=(0, (4, 3)))
-            axes.annotate(
-                number, (1.0, frequency), xycoords=("axes fraction", "data"), xytext=(2, 0),
-                textcoords="offset points", fontsize=7.0, va="center", color=VERMILLION,
-            )  # fmt: skip
+    _draw_natural(axes, {f: name for f, name in natural.items() if f < highest}, highest)
     axes.set_ylabel("Frequency")
     axes.yaxis.set_major_formatter(EngFormatter("Hz"))
     axes.set_title(shown.title)
     bar = figure.colorbar(rays, ax=axes, pad=0.035, extend="min")
     bar.set_label(f"dB re 1 {shown.unit}")
     bar.outline.set_visible(False)
+
+
+def _draw_natural(axes: Axes, natural: Mapping[float, str], highest: float) -> None:
+    """Dashed lines at natural frequencies, with the numbers of their peaks beside them."""
+    frequencies = np.array(sorted(natural))
+    if not len(frequencies):
+        return
+    for frequency, height in zip(
+        frequencies, spread(frequencies / (1.02 * highest), NAME_HEIGHT), strict=True
+    ):
+        axes.axhline(frequency, color=VERMILLION, lw=0.6, ls=(0, (4, 3)))
+        axes.annotate(
+            natural[frequency], (1.0, frequency), xycoords=("axes fraction", "data"),
+            xytext=(1.02, height), textcoords="axes fraction", fontsize=7.0, va="center",
+            color=VERMILLION, arrowprops={"arrowstyle": "-", "color": VERMILLION, "lw": 0.4},
+        )  # fmt: skip
 
 
 def order_map_figure(name: str, rpm: FloatArray, shown: LineMap) -> str:
@@ -251,7 +263,7 @@ def order_map_figure(name: str, rpm: FloatArray, shown: LineMap) -> str:
         axes.grid(visible=False)
         axes.set_yticks(
             np.arange(len(rows)) + 0.5,
-            [f"{shown.names[row]}  ({shown.orders[row]:.4g})" for row in rows],
+            [f"{shown.names[row]}  ({shown.orders[row]:.5g})" for row in rows],
         )
         axes.tick_params(axis="y", length=0)
         _speed_axis(axes, rpm)
@@ -272,9 +284,11 @@ def _decibels(amplitude: FloatArray) -> tuple[FloatArray, float]:
 def _edges(rpm: FloatArray) -> FloatArray:
     """Borders of the columns around every speed."""
     if len(rpm) == 1:
-        return np.array([0.9, 1.1]) * rpm[0]
+        return np.array([0.9 * rpm[0], 1.1 * rpm[0]])
     middles = 0.5 * (rpm[:-1] + rpm[1:])
-    return np.concatenate([[1.5 * rpm[0] - 0.5 * rpm[1]], middles, [1.5 * rpm[-1] - 0.5 * rpm[-2]]])
+    first, last = 1.5 * rpm[0] - 0.5 * rpm[1], 1.5 * rpm[-1] - 0.5 * rpm[-2]
+    edges: FloatArray = np.concatenate([[first], middles, [last]])
+    return edges
 
 
 def growth_figure(name: str, rpm: FloatArray, growth: FloatArray, shades: Shades) -> str:

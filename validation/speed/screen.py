@@ -51,7 +51,7 @@ def _peaks(result: SpeedResult, console: Console) -> None:
             str(number),
             f"{peak.speed_rpm:.5g}",
             peak.family,
-            f"{names[peak.line]} ({peak.order:.4g})",
+            f"{names[peak.line]} ({peak.order:.5g})",
             peak_mode(result, peak),
             f"{peak.height:.3f}" if loaded else "–",
             engineering(peak.swing, "N"),

@@ -31,6 +31,7 @@ FloatArray = NDArray[np.float64]
 DRAWN_MAPS = 6  # order maps of meshes, and of accelerations
 DRAWN_CHANNELS = 3  # of a witness, of forces and of accelerations
 LISTED_MARGINS = 12
+NAMED = 4  # peaks named beside a natural frequency
 
 
 @dataclass(frozen=True)
@@ -135,7 +136,7 @@ def _resonances(result: SpeedResult) -> Table:
             str(number),
             f"{peak.speed_rpm:.5g}",
             peak.family,
-            f"{names[peak.line]} ({peak.order:.4g})",
+            f"{names[peak.line]} ({peak.order:.5g})",
             f"{peak.frequency_hz:.5g}",
             peak_mode(result, peak),
             peak_energy(result, peak),
@@ -205,12 +206,16 @@ def mesh_maps(result: SpeedResult) -> tuple[LineMap, ...]:
 
 def _lines(result: SpeedResult, found: Speeds) -> Section:
     maps = mesh_maps(result)
-    modes: dict[float, str] = {}
+    modes: dict[float, list[str]] = {}
     for number, peak in enumerate(result.peaks, start=1):
         frequency = result.modes.modes[peak.mode].frequency_hz
-        modes[frequency] = ", ".join(filter(None, (modes.get(frequency), str(number))))
+        modes.setdefault(frequency, []).append(str(number))
+    named = {
+        frequency: ", ".join(numbers[:NAMED]) + (" …" if len(numbers) > NAMED else "")
+        for frequency, numbers in modes.items()
+    }
     drawn = [shown for shown in maps if np.nanmax(shown.amplitude) > 0.0]
-    figures = [waterfall_figure("waterfall", found.rpm, drawn[:DRAWN_MAPS], modes)]
+    figures = [waterfall_figure("waterfall", found.rpm, drawn[:DRAWN_MAPS], named)]
     figures += [
         order_map_figure(
             f"orders{number}", found.rpm, replace(shown, title=f"{shown.title}: orders")
@@ -265,7 +270,7 @@ def _bearings(result: SpeedResult, found: Speeds) -> Section:
                 name,
                 engineering(float(found.bearing_peak[at, own[which]]), "N"),
                 f"{found.rpm[at]:.5g}",
-                f"{names[line]} ({result.turning.lines.orders[line]:.4g})",
+                f"{names[line]} ({result.turning.lines.orders[line]:.5g})",
                 engineering(float(amplitudes[line - 1]), "N"),
             )
         )
@@ -305,7 +310,7 @@ def _accelerations(result: SpeedResult, found: Speeds) -> Section:
                 label,
                 engineering(float(level[at]), "m/s²"),
                 f"{found.rpm[at]:.5g}",
-                f"{names[line + 1]} ({result.turning.lines.orders[line + 1]:.4g})",
+                f"{names[line + 1]} ({result.turning.lines.orders[line + 1]:.5g})",
                 engineering(float(lines[at, line]), "m/s²"),
             )
         )

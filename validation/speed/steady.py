@@ -29,6 +29,7 @@ BOUNDARY = "on the boundary of an instability: no steady state"
 # value is missed by less than ½ (π/24)² = 0.9 % of that line alone.
 PER_PERIOD = 24
 INSTANTS, LONG = 8192, 17.0  # where phases are independent, and periods from one to the next
+TOGETHER = 10  # speeds whose forces are looked at together, which takes 2 MB each
 
 
 @dataclass(frozen=True, eq=False)
@@ -225,9 +226,10 @@ def _bearing_forces(
     product = np.abs(np.add.reduceat(lines**2, starts, axis=2))
     turns = _instants(found.lattice)
     longest = np.empty((shape[0], len(bearings)))
-    for row in range(shape[0]):  # one after the other: all at once take a hundred times the room
-        forces = waveform(lines[row : row + 1], found.lattice, turns)[0]
-        longest[row] = np.sqrt(np.add.reduceat(forces**2, starts, axis=1).max(axis=0))
+    for first in range(0, shape[0], TOGETHER):
+        block = slice(first, first + TOGETHER)
+        forces = waveform(lines[block], found.lattice, turns)
+        longest[block] = np.sqrt(np.add.reduceat(forces**2, starts, axis=2).max(axis=1))
     return np.sqrt(0.5 * (square + product)), longest
 
 
