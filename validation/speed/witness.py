@@ -236,9 +236,9 @@ def _checks(found: Witness) -> tuple[Check, ...]:
     with np.errstate(divide="ignore"):
         decibels = np.abs(20.0 * np.log10(ratio))
     reason = (
-        "both routes take derivatives at the frequencies that the trapezoidal rule bends lines to; "
-        "its samples of k(t) and what a balance of twice the harmonics misses leave 0.3 % at the "
-        "last harmonic; a start that is wrong by a tenth has died out to 0.1 %"
+        "both take derivatives at the frequencies that the trapezoidal rule bends lines to; its "
+        "samples of k(t), and what the balance misses beyond its last harmonic, leave 0.3 % at the "
+        "last one shown; a start that is wrong by a tenth has died out to 0.1 %"
     )
     subject = f"at {found.speed_rpm:.6g} rpm"
     judged = int(found.judged[:, :n].sum()), int(found.judged[:, n:].sum())
