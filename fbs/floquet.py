@@ -32,7 +32,13 @@ from ._checks import ComplexArray, FloatArray, read_only
 from ._spring_receptances import refuse_strained_rigid_motions, spring_vectors
 from .damped_modes import is_proportional, modal_damping
 from .errors import FbsError, first_few
-from .periodic_springs import PeriodicSpring, common_periods, lattice, shaft_frequencies
+from .periodic_springs import (
+    IntArray,
+    PeriodicSpring,
+    common_periods,
+    lattice,
+    shaft_frequencies,
+)
 from .second_order_system import SecondOrderSystem
 from .undamped_modes import real_modes
 
@@ -43,6 +49,12 @@ LEAST_STEPS = 64
 """Per period: harmonics of κ below half of it are taken, those above left out."""
 
 LEFT_OUT = 0.01
+"""Share of a spring's flexibility: a mode of that little grows by κ ω/400 at most, in its middle,
+which a damping ratio of κ/400 prevents."""
+
+WINDOW = 256
+"""Steps whose kicks are worked out at once."""
+
 BLOCK = 8
 """Speeds at once, neighbours with as many steps."""
 
@@ -120,7 +132,9 @@ def stability(
         largest = np.abs(np.linalg.eigvals(products)).max(axis=1)
         growth[own] = np.log(largest) / period[own]
 
-    each(solve, stretches(speeds.size, BLOCK), 64 * BLOCK * 2**16 * speeds.size)
+    each(
+        solve, stretches(speeds.size, BLOCK), 32 * len(modes.omega) ** 2 * LEAST_STEPS * speeds.size
+    )
     return Stability(speeds, read_only(growth), read_only(period), modes.left_out, len(modes.omega))
 
 
@@ -237,11 +251,12 @@ class _Kicks:
         step = period / count
         vibrate = self._vibration(step)
         stretch = rows / omega
-        strengths = step[:, None, None, None] * self._corrected(self._variation(count), step)
         whole = np.tile(np.eye(2 * n), (len(period), 1, 1))
-        for index in range(count):
-            whole = vibrate(whole)
-            whole[:, n:] -= rows.T @ (strengths[:, index] @ (stretch @ whole[:, :n]))
+        for part in stretches(count, WINDOW):
+            strengths = self._strengths(np.arange(count)[part], count, step)
+            for strength in strengths:
+                whole = vibrate(whole)
+                whole[:, n:] -= rows.T @ (strength @ (stretch @ whole[:, :n]))
         return whole
 
     def _vibration(self, step: FloatArray) -> Callable[[FloatArray], FloatArray]:
@@ -272,20 +287,21 @@ class _Kicks:
 
         return vibrate
 
-    def _variation(self, count: int) -> FloatArray:
-        """(1 + κ R)⁻¹ κ at N instants of a period (count, n_spring, n_spring)."""
+    def _strengths(self, instants: IntArray, count: int, step: FloatArray) -> FloatArray:
+        """h D at some of the N instants of a period (n_instant, n_speed, n_spring, n_spring)."""
+        rows = self.modes.rows
+        varying = self._variation(instants, count)
+        second = varying @ (rows @ rows.T) @ varying
+        h = step[:, None, None]
+        return np.asarray(h * varying[:, None] - h**3 / 12.0 * second[:, None])
+
+    def _variation(self, instants: IntArray, count: int) -> FloatArray:
+        """(1 + κ R)⁻¹ κ (n_instant, n_spring, n_spring)."""
         size = len(self.modes.rows)
-        turns = np.arange(count) / count
-        varying = np.zeros((count, size, size))
+        varying = np.zeros((len(instants), size, size))
         for m, step, coefficients in self.series:
             orders = step * np.arange(1, len(coefficients) + 1)
             below = 2 * orders < count
-            waves = np.exp(2j * np.pi * np.multiply.outer(turns, orders[below]))
+            waves = np.exp(2j * np.pi / count * np.multiply.outer(instants, orders[below]))
             varying[:, m, m] = (waves @ coefficients[below]).real
         return np.asarray(np.linalg.solve(np.eye(size) + varying @ self.modes.residual, varying))
-
-    def _corrected(self, varying: FloatArray, step: FloatArray) -> FloatArray:
-        """D (n_speed, count, n_spring, n_spring)."""
-        rows = self.modes.rows
-        second = varying @ (rows @ rows.T) @ varying
-        return varying - (step**2 / 12.0)[:, None, None, None] * second

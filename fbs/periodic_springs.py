@@ -15,8 +15,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from itertools import product
-from math import gcd, lcm, prod
+from math import gcd, lcm
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -102,8 +101,9 @@ class Lattice:
     """The lines h·f of a motion in several phases; half of them, h and −h being conjugate.
 
     Of each pair the one with h·f > 0 stands here, the mean first. Each period has its harmonics up
-    to H, and of combinations of several periods there are those with Π max(1, |h_g|) ≤ P (a
-    hyperbolic cross: the Fourier coefficients of a product fall as a product).
+    to H, and of combinations of several periods there are those with Π (1 + |h_g|) ≤ 2 (P + 1): of
+    two periods the first harmonic of one with P of the other (a hyperbolic cross: Fourier
+    coefficients of a product fall as a product).
 
     A lattice of several phases stays right where their frequencies happen to have a ratio of whole
     numbers: it is a motion on the torus of the phases, whichever way time runs through them.
@@ -247,10 +247,21 @@ def _cross(n: int, harmonics: int, combinations: int) -> Iterator[tuple[int, ...
     for axis in range(n):
         for order in range(1, harmonics + 1):
             yield tuple(order if g == axis else 0 for g in range(n))
-    for counts in product(range(-combinations, combinations + 1), repeat=n):
-        several = n - counts.count(0) > 1
-        if several and prod(max(1, abs(count)) for count in counts) <= combinations:
+    for counts in _combinations(n, 2 * (combinations + 1)):
+        if n - counts.count(0) > 1:
             yield counts
+
+
+def _combinations(n: int, most: int) -> Iterator[tuple[int, ...]]:
+    """Counts with Π (1 + |h_g|) of at most ``most``."""
+    if n == 0:
+        yield ()
+        return
+    for size in range(most):
+        for rest in _combinations(n - 1, most // (1 + size)):
+            yield (size, *rest)
+            if size:
+                yield (-size, *rest)
 
 
 def _forward(point: tuple[int, ...], fundamentals: FloatArray) -> tuple[int, ...]:

@@ -21,6 +21,7 @@ from .errors import ModelError
 from .excitation_tables import ExcitationTable
 from .model_messages import Location, one_message, suggest
 from .parameters import Drivetrain
+from .sanity.tooth_numbers import refuse_impossible
 from .toml_text import document
 
 # Presets
@@ -81,9 +82,13 @@ def loads(text: str, origin: str = "<string>") -> Drivetrain:
             "[[inertia]] table"
         )
     try:
-        return Drivetrain.model_validate(data, by_alias=True, by_name=False)
+        drivetrain = Drivetrain.model_validate(data, by_alias=True, by_name=False)
+        refuse_impossible(drivetrain)
     except ValidationError as error:
         raise ModelError(f"{origin}: {one_message(error.errors(), data)}") from error
+    except ModelError as error:
+        raise ModelError(f"{origin}: {error}") from error
+    return drivetrain
 
 
 def folder_of(model: str | Path) -> Path:

@@ -79,9 +79,11 @@ def check_teeth(gears: Mapping[str, tuple[int | None, float]]) -> None:
     for (first, z_1, r_1), (second, z_2, r_2) in combinations(given, 2):
         expected = z_1 * r_2 / r_1
         if abs(z_2 - expected) > TEETH_TOLERANCE * expected:
+            slip = max(r_1, r_2) if not 0.1 < expected / z_2 < 10.0 else None
+            in_mm = f"; is {slip:g} m in mm?" if slip else ""
             raise ValueError(
-                f"{second} = {z_2}: contradicts {first} = {z_1}; the base radii give "
-                f"{expected:.4g} (agree within {TEETH_TOLERANCE:.0%}, or leave one out)"
+                f"{second} = {z_2}: contradicts {first} = {z_1}; base_radius {r_2:g} and {r_1:g} m "
+                f"give {expected:.4g} (agree within {TEETH_TOLERANCE:.0%}, or leave one out){in_mm}"
             )
 
 

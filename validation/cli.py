@@ -421,19 +421,10 @@ def check(
         str, typer.Argument(metavar="FILE", callback=named, help="A model file, or a preset.")
     ],
 ) -> None:
-    """Validate a model file and say what was understood."""
-    from mbs_models.mode_kinds import rigid_body_count
-    from mbs_models.model_file import load
-    from mbs_models.sanity import suspicious_stiffnesses
+    """Validate a model file, say what was understood, and what is probably typed wrong."""
+    from .check_model import check_model
 
-    from . import screen
-    from .cross_check import model_warnings
-    from .equations import drivetrain_system, rigid_body_motions
-
-    drivetrain = load(file)
-    found = rigid_body_count(drivetrain_system(drivetrain).stiffness)
-    screen.understood(drivetrain, rigid_body_motions(drivetrain), found)
-    screen.warn((*model_warnings(drivetrain), *suspicious_stiffnesses(drivetrain)))
+    check_model(file)
 
 
 @app.command()

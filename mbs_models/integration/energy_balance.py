@@ -22,7 +22,7 @@ from ..components import GROUND, Spring, SpringKind
 from ..drivetrain import MultibodySystem
 from ..linearization import LinearizedSystem, coordinate_transform
 from ..meshing.involute_mesh import mesh_motion
-from ..meshing.mesh_excitation import elastic_energy, mesh_forces
+from ..meshing.mesh_excitation import elastic_energy, mesh_force, mesh_forces
 from ..meshing.mesh_records import mesh_coordinates
 from ..read_back import components
 
@@ -67,7 +67,8 @@ class EnergyBalance:
         self._damping = linear.damping.copy()
         for mesh in system.meshes.values():
             row = mesh.row_at_rest @ transform[mesh_coordinates(system, mesh)]
-            self._damping -= mesh.damping * np.outer(row, row)
+            at_rest = mesh_force(mesh.stiffness, mesh.damping, mesh.samples)(0.0, 0.0, 0.0)
+            self._damping -= at_rest[2] * np.outer(row, row)  # none where teeth are apart there
 
     def energy_and_work(
         self, time: FloatArray, position: FloatArray, velocity: FloatArray, loads: FloatArray

@@ -25,15 +25,15 @@ class MeshLoad:
     name
         The mesh.
     mean
-        F̄ (N).
+        F̄ (N), positive where the loaded flanks press.
     largest, smallest
-        Of the force (N), in the direction of the mean force.
+        Of the force (N).
     rms
         Of F − F̄ (N).
     open_share
-        Share of the time in which the teeth do not touch: |F| ≤ what counts as none.
+        Share of the time in which the teeth do not touch.
     reversed_share
-        Share of the time in which the backs of the teeth touch: a force against the mean one.
+        Share of the time in which their backs touch.
     """
 
     name: str
@@ -47,21 +47,12 @@ class MeshLoad:
     @property
     def dynamic_factor(self) -> float | None:
         """K_v = max|F|/|F̄|; None without a mean force."""
-        return self._per_mean(max(abs(self.largest), abs(self.smallest)))
-
-    @property
-    def swing_factor(self) -> float | None:
-        """1 + max|F − F̄|/|F̄|: K_v, unless the force dips further than it rises."""
-        mean = abs(self.mean)
-        return self._per_mean(mean + max(self.largest - mean, mean - self.smallest))
-
-    def _per_mean(self, force: float) -> float | None:
         extreme = max(abs(self.largest), abs(self.smallest))
-        return force / abs(self.mean) if abs(self.mean) > NO_MEAN * extreme else None
+        return extreme / abs(self.mean) if abs(self.mean) > NO_MEAN * extreme else None
 
 
 def mesh_loads(
-    meshes: Sequence[str], forces: FloatArray, *, none: float = 0.0
+    meshes: Sequence[str], forces: FloatArray, contact: FloatArray
 ) -> tuple[MeshLoad, ...]:
     """Mean, extremes, dynamic factor and loss of contact of every mesh.
 
@@ -70,10 +61,10 @@ def mesh_loads(
     meshes
         Names.
     forces
-        (n, n_mesh) N; may be a memory map.
-    none
-        Up to which |F| (N) the teeth count as apart. 0 is right where the law of the mesh gives
-        an open gap no force at all; one with damping there needs more.
+        (n, n_mesh) N, positive where the loaded flanks press; may be a memory map.
+    contact
+        (n, n_mesh) 1 where these touch, −1 where their backs do, 0 where neither: counted on the
+        deflection, since a damper may pull or push where teeth hardly touch.
 
     Raises
     ------
@@ -81,18 +72,16 @@ def mesh_loads(
         Shapes that do not fit, or a force that is not finite.
     """
     _check(meshes, forces, "meshes")
-    if not none >= 0.0:
-        raise ModelError(f"mesh forces: what counts as no force must be at least 0 N, got {none}")
+    _check(meshes, contact, "meshes")
     mean, rms = _mean_and_rms(forces)
-    sense = np.where(mean < 0.0, -1.0, 1.0)
     largest, smallest = np.full(len(meshes), -np.inf), np.full(len(meshes), np.inf)
     apart, backs = np.zeros(len(meshes)), np.zeros(len(meshes))
     for start in range(0, len(forces), PIECE):
-        along = sense * forces[start : start + PIECE]
-        largest = np.maximum(largest, along.max(axis=0))
-        smallest = np.minimum(smallest, along.min(axis=0))
-        apart += np.sum(np.abs(along) <= none, axis=0)
-        backs += np.sum(along < -none, axis=0)
+        piece, touching = forces[start : start + PIECE], contact[start : start + PIECE]
+        largest = np.maximum(largest, piece.max(axis=0))
+        smallest = np.minimum(smallest, piece.min(axis=0))
+        apart += np.sum(touching == 0.0, axis=0)
+        backs += np.sum(touching < 0.0, axis=0)
     columns = zip(
         meshes, mean, largest, smallest, rms, apart / len(forces), backs / len(forces), strict=True
     )

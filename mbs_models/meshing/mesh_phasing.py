@@ -131,17 +131,28 @@ def check_assembly(stage: PlanetaryStage) -> None:
     for number, angle in enumerate(stage.angles, start=1):
         pitches = (z_s + z_r) * (angle - stage.angles[0]) / (2.0 * math.pi)
         if abs(pitches - round(pitches)) > ASSEMBLY_TOLERANCE:
+            what = (
+                f"planet_angles: from planet 1 to planet {number} (z_s + z_r) ψ/2π = {pitches:.4g}"
+            )
             if stage.planets is not None:
                 what = f"planets = {stage.planets}: (z_s + z_r)/N = {(z_s + z_r) / stage.planets:g}"
-            else:
-                what = (
-                    f"planet_angles: from planet 1 to planet {number} (z_s + z_r) ψ/2π = "
-                    f"{pitches:.4g}"
-                )
             raise ModelError(
                 f"stage '{stage.name}': {what} with z_s = {z_s} and z_r = {z_r} is not whole: "
-                "teeth of sun and ring do not meet the planet's there, it cannot be assembled"
+                "teeth of sun and ring do not meet the planet's there, it cannot be assembled; "
+                f"nearest are {_nearest_assembly(stage, z_s, z_r)}"
             )
+
+
+def _nearest_assembly(stage: PlanetaryStage, z_s: int, z_r: int) -> str:
+    """What would do: teeth for equally spaced planets, or angles that are whole pitches apart."""
+    if stage.planets is not None:
+        fewer = (z_s + z_r) % stage.planets
+        more = stage.planets - fewer
+        gears = (("ring.teeth", z_r), ("sun.teeth", z_s))
+        return ", ".join(f"{key} = {z - fewer} or {z + more}" for key, z in gears)
+    first, pitch = math.degrees(stage.angles[0]), 360.0 / (z_s + z_r)
+    turns = (round((math.degrees(angle) - first) / pitch) for angle in stage.angles)
+    return f"planet_angles = [{', '.join(f'{first + turn * pitch:.7g}' for turn in turns)}]"
 
 
 def phasing(stage: PlanetaryStage, harmonics: int = 5) -> tuple[Phasing, ...]:

@@ -112,7 +112,7 @@ def operating_point(
     drivetrain
         With an ``[operation]`` table, which names the input.
     speed_rpm, torque, output
-        In place of the table's own.
+        In place of the table's own; a speed of 0 is a standstill, every mesh at its mean.
 
     Raises
     ------
@@ -130,6 +130,8 @@ def operating_point(
     moment = _finite("torque", operation.torque if torque is None else torque, "N m") or 0.0
     system = build_drivetrain(drivetrain)
     linear, parts = linearize(system), components(system)
+    if speed == 0.0:
+        speed, drivetrain = None, _at_mean_stiffness(drivetrain)
     turns = _speeds(drivetrain, parts, speed)
     frequencies = _mesh_frequencies(drivetrain, turns)
     load, reaction = preload(drivetrain, linear, parts, moment, output or operation.output)
@@ -174,9 +176,22 @@ def linearized_part(drivetrain: Drivetrain, name: str, point: OperatingPoint) ->
 def _finite(key: str, value: float | None, unit: str) -> float | None:
     if value is not None and not math.isfinite(value):
         raise ModelError(f"{key} = {value}: must be a finite number ({unit})")
-    if key == "speed" and value == 0.0:
-        raise ModelError("speed = 0 rpm: no mesh is passed; leave it out for a standstill")
     return value
+
+
+def _at_mean_stiffness(drivetrain: Drivetrain) -> Drivetrain:
+    """The drivetrain without what varies as it turns."""
+    stages = [
+        stage.model_copy(
+            update={
+                name: type(stage).model_fields[name].default
+                for name in type(stage).model_fields
+                if name.endswith(("mesh_variation", "mesh_transmission_error"))
+            }
+        )
+        for stage in drivetrain.stages
+    ]
+    return drivetrain.model_copy(update={"stages": tuple(stages)})
 
 
 # Speeds and mesh frequencies

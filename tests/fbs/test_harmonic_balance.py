@@ -18,6 +18,7 @@ from fbs import (
     SecondOrderSystem,
     SingularBalanceError,
     SingularLineError,
+    _balance,
     direct_frf,
     outputs,
     steady_state,
@@ -164,15 +165,38 @@ def test_two_phases_whose_ratio_is_whole_after_all() -> None:
     assert scaled(value, deflections(springs, orbit)) < 1e-6
 
 
-def test_combinations_left_out_show_in_the_truncation() -> None:
+def test_the_whole_matrix_where_iterations_do_not_converge(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Two steps are not enough for 1e-12: every speed is solved densely, to the same forces."""
+    system, springs = planetary(np.random.default_rng(10), 3, (1.0, 1.618), variation=0.4)
+    speeds = np.linspace(2.0, 20.0, 9)
+    iterated = steady_state(system, springs, speeds)
+    monkeypatch.setattr(_balance, "MAX_STEPS", 2)
+    dense = steady_state(system, springs, speeds)
+    assert iterated.residual.max() < 1e-10
+    assert dense.residual.max() < 1e-12
+    assert scaled(iterated.spring_forces, dense.spring_forces) < 1e-9
+
+
+@pytest.mark.parametrize(("harmonics", "combinations"), [(20, 0), (20, 3), (20, 12), (3, 12)])
+def test_what_is_left_out_shows_in_the_truncation(harmonics: int, combinations: int) -> None:
+    """The lines' errors are what the largest one left out says, within a factor of five.
+
+    Against 20 harmonics and combinations to 1e-8; the largest line of each spring is 1.
+    """
     system, springs = planetary(np.random.default_rng(7), 3, (1.0, 1.618), variation=0.3)
-    numbers = [
-        steady_state(system, springs, [8.0], harmonics=20, combinations=p).truncation[0]
-        for p in (0, 3, 12)
-    ]
-    assert numbers[0] > 1e-2
-    assert numbers[1] < numbers[0]
-    assert numbers[2] < 1e-7
+    exact = steady_state(system, springs, [8.0], harmonics=20, combinations=60)
+    assert exact.truncation[0] < 1e-8
+    found = steady_state(system, springs, [8.0], harmonics=harmonics, combinations=combinations)
+    place = {tuple(point): line for line, point in enumerate(found.lattice.points.tolist())}
+    worst = 0.0
+    for line, point in enumerate(exact.lattice.points.tolist()):
+        own = exact.spring_forces[0, line]
+        kept = place.get(tuple(point))
+        difference = own - (found.spring_forces[0, kept] if kept is not None else 0.0)
+        worst = max(worst, *(np.abs(difference) / np.abs(exact.spring_forces[0]).max(axis=0)))
+    assert found.truncation[0] / 5.0 < worst < 5.0 * found.truncation[0]
 
 
 # Closed forms

@@ -76,15 +76,27 @@ def test_springs_that_do_not_vary_are_in_no_group() -> None:
 
 
 def test_the_hyperbolic_cross() -> None:
-    """H = 3, P = 2: axes to 3, and |h_1 h_2| of at most 2; of ±h the one with h·f > 0."""
+    """H = 3, P = 2: axes to 3, (1, 1), (1, 2) and (2, 1); of ±h the one with h·f > 0."""
     found = lattice(springs(1.0, 1.618), harmonics=3, combinations=2)
     points = {tuple(point) for point in found.points.tolist()}
-    both = {h for h in product((-2, -1, 1, 2), repeat=2) if abs(h[0] * h[1]) <= 2}
+    both = {h for h in product((-2, -1, 1, 2), repeat=2) if abs(h[0]) + abs(h[1]) <= 3}
     axes = {(h, 0) for h in range(-3, 4)} | {(0, h) for h in range(-3, 4)}
     assert points | {(-a, -b) for a, b in points} == both | axes
     assert len(points) == (len(both | axes) + 1) // 2
     assert found.orders[0] == 0.0
     assert np.all(np.diff(found.orders) > 0.0)
+
+
+@pytest.mark.parametrize("n", [2, 3, 8])
+def test_few_combinations_of_many_periods(n: int) -> None:
+    """P = 3: of three periods (1, ±1, ±1) alone, of four none, however many there are."""
+    found = lattice(springs(*np.sqrt([2, 3, 5, 7, 11, 13, 17, 19])[:n]), harmonics=1)
+    at_once = np.count_nonzero(found.points, axis=1)
+    assert np.sum(at_once == 1) == n
+    # (1, 1), (1, 2), (1, 3), (2, 1), (3, 1), and with a minus sign.
+    assert np.sum(at_once == 2) == 10 * math.comb(n, 2)
+    assert np.sum(at_once == 3) == 4 * math.comb(n, 3)
+    assert np.sum(at_once > 3) == 0
 
 
 def test_what_a_spring_must_be() -> None:

@@ -14,7 +14,7 @@ from mbs_models.mode_kinds import Kind
 from mbs_models.model_file import dumps, load, loads
 from mbs_models.modes import drivetrain_modes
 from mbs_models.parameters import Drivetrain
-from mbs_models.sanity import suspicious_stiffnesses
+from mbs_models.sanity.neighbours import suspicious_stiffnesses
 from tests.strategies import drivetrains, paper, with_coupling, with_stage
 from validation import equations, multibody
 from validation.cross_check import cross_check, model_warnings
@@ -223,7 +223,7 @@ def test_odd_stiffnesses_are_pointed_out() -> None:
     (note,) = suspicious_stiffnesses(
         with_stage(paper(), "reducer", pinion=pinion | {"bearing_y": 3.5e4})
     )
-    assert "reducer: pinion.bearing along y = 35000 N/m" in note
+    assert "reducer: pinion.bearing_y = 35000 N/m" in note
     assert suspicious_stiffnesses(drivetrain) == ()  # 300 times softer may be meant
 
 

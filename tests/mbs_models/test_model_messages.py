@@ -76,9 +76,9 @@ bearing_rocking_over_r2 = 1.0e8
 [[stage]]
 type = "planetary"
 name = "planetary"
-planets = 3
+planets = 4
 pressure_angle = 21.34
-sun_mesh_stiffness = [2.0e8, 2.1e8, 2.2e8]
+sun_mesh_stiffness = [2.0e8, 2.1e8, 2.2e8, 2.3e8]
 ring_mesh_stiffness = 2.0e8
 sun_mesh_variation = { shape = "harmonics", harmonics = [[0.2, 0.0], [0.1, 90.0]] }
 ring_mesh_variation = { shape = "constant" }

@@ -1,11 +1,20 @@
-"""Stiffnesses that look like a wrong unit, however far off they are."""
+"""What looks typed wrong, however far off it is."""
 
 from __future__ import annotations
 
-import pytest
+import re
 
-from mbs_models.model_file import loads, template
-from mbs_models.sanity import suspicious_stiffnesses
+import pytest
+from hypothesis import HealthCheck, given, settings
+
+from mbs_models.errors import ModelError
+from mbs_models.model_file import load, loads, template
+from mbs_models.parameters import Drivetrain
+from mbs_models.read_back import drivetrain_components
+from mbs_models.sanity.free_motion import count_free_rotations, free_to_move, input_turns
+from mbs_models.sanity.neighbours import suspicious_stiffnesses
+from mbs_models.sanity.rules import findings
+from tests.strategies import changed, drivetrains, with_stage
 
 PAPER = template("paper-table2")
 MESH = "\nmesh_stiffness = 2.0e8"
@@ -15,16 +24,16 @@ MESH = "\nmesh_stiffness = 2.0e8"
     ("stiffness", "told"),
     [
         # The median of the stage's seven: two bearings of 3.5e8, four of 1e8 are its others.
-        ("2.0e11", "2e+11 N/m is 2000 times its neighbours (1.0e+8 N/m)"),
-        ("5.0e4", "50000 N/m is a 2000th of its neighbours (1.0e+8 N/m)"),
-        ("1e300", "1e+300 N/m is 1.0e+292 times its neighbours (1.0e+8 N/m)"),
-        ("1e-300", "1e-300 N/m is 1.0e-308 times its neighbours (1.0e+8 N/m)"),
+        ("2.0e11", "2e+11 N/m: 2000 times its neighbours (1.0e+8 N/m)"),
+        ("5.0e4", "50000 N/m: a 2000th of its neighbours (1.0e+8 N/m)"),
+        ("1e300", "1e+300 N/m: 1.0e+292 times its neighbours (1.0e+8 N/m)"),
+        ("1e-300", "1e-300 N/m: 1.0e-308 times its neighbours (1.0e+8 N/m)"),
     ],
 )
 def test_how_far_off_is_told_in_few_digits(stiffness: str, told: str) -> None:
     drivetrain = loads(PAPER.replace(MESH, f"\nmesh_stiffness = {stiffness}", 1))
     assert suspicious_stiffnesses(drivetrain) == (
-        f"reducer: mesh_stiffness = {told}: is the unit right?",
+        f"reducer: mesh_stiffness = {told}; is the unit right?",
     )
 
 
@@ -33,10 +42,99 @@ def test_factors_that_no_float_holds() -> None:
     text = text.replace("second_stiffness = 1.0e5", "second_stiffness = 1.0e-320", 1)
     hard, soft = suspicious_stiffnesses(loads(text))
     # Two values: each is the root of their ratio from the median, √(1.7e308/1.0e-320) = 1.3e314.
-    assert "first_stiffness = 1.7e+308 N/m is 1.3e+314 times" in hard
+    assert "first_stiffness = 1.7e+308 N/m: 1.3e+314 times" in hard
     assert "times its neighbours" in soft
 
 
 def test_a_stiffness_that_its_radius_makes_infinite_is_no_neighbour() -> None:
     text = PAPER.replace("bearing_rocking_over_r2 = 1.0e8", "bearing_rocking = 1e308", 1)
     assert suspicious_stiffnesses(loads(text)) == ()
+
+
+NUMBER = re.compile(r"= ?(-?[0-9][0-9.e+-]*)")
+
+
+@pytest.mark.parametrize("value", ["0.0", "1", "5e-324", "1e-300", "1e300", "1.7e308"])
+def test_rules_bear_any_number(value: str) -> None:
+    """Whatever a file may have for one of its numbers: refused, or judged in one line each."""
+    text = "\n".join(line.partition("#")[0] for line in PAPER.splitlines())
+    for number in NUMBER.finditer(text):
+        try:
+            drivetrain = loads(text[: number.start(1)] + value + text[number.end(1) :])
+        except ModelError:
+            continue
+        for finding in findings(drivetrain):
+            assert "\n" not in str(finding)
+            assert finding.place[0] in ("reducer", "planetary", "coupling")
+
+
+@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(drivetrains())
+def test_a_tree_of_any_parts_turns_as_its_groups_do(drivetrain: Drivetrain) -> None:
+    """Bearings hold all: nothing moves sideways, and only planetary stages branch the rotation.
+
+    A parallel stage and a coupling leave as many rotations as there were; a planetary stage has two
+    of its own, less one for each member that is held.
+    """
+    parts = drivetrain_components(drivetrain)
+    for finding in findings(drivetrain):
+        assert "\n" not in str(finding)
+    counts = [count_free_rotations(drivetrain, parts, group) for group in drivetrain.groups()]
+    differential = any(count > 1 for count in counts)
+    assert bool(list(free_to_move(drivetrain, parts))) == differential
+
+
+def planetary(**members: dict[str, float]) -> Drivetrain:
+    """Lin & Parker's stage with keys of its members changed."""
+    drivetrain = load("lin-parker-4")
+    (stage,) = drivetrain.stages
+    tables = {
+        name: getattr(stage, name).model_dump(exclude_unset=True) | keys
+        for name, keys in members.items()
+    }
+    return with_stage(drivetrain, "planetary", **tables)
+
+
+def test_a_stage_with_no_member_held() -> None:
+    drivetrain = planetary(ring={"torsional_support": 0.0})
+    parts = drivetrain_components(drivetrain)
+    assert [count_free_rotations(drivetrain, parts, g) for g in drivetrain.groups()] == [2]
+    (finding,) = free_to_move(drivetrain, parts)
+    assert str(finding).startswith(
+        "planetary: ring.torsional_support = 0 N/m: the ring turns freely (carrier and sun too): "
+    )
+
+
+def test_a_differential_that_is_meant_is_called_one() -> None:
+    """Ring, carrier and sun each on an inertia: two speeds are free, and nothing is loose."""
+    base = planetary(ring={"torsional_support": 0.0})
+    members = ("sun", "ring", "carrier")
+    rotors = [{"name": f"on_{m}", "radius": 1.0, "polar_inertia": 1.0} for m in members]
+    shafts = [
+        {"name": f"to_{m}", "first": f"planetary.{m}", "second": f"on_{m}", "radius": 0.1,
+         "inertia": 0.0, "first_stiffness": 1e7, "second_stiffness": "rigid"}
+        for m in members
+    ]  # fmt: skip
+    drivetrain = changed(base, inertia=rotors, coupling=shafts)
+    (finding,) = free_to_move(drivetrain, drivetrain_components(drivetrain))
+    assert str(finding).endswith(
+        "free rotations = 2: expected 1: a differential, one speed does not tell the others"
+    )
+
+
+def test_a_sun_that_floats_in_its_meshes_is_held() -> None:
+    """The meshes of three and more planets hold it; two opposite ones hold it too, by 2α."""
+    drivetrain = planetary(sun={"bearing": 0.0})
+    assert not list(free_to_move(drivetrain, drivetrain_components(drivetrain)))
+
+
+def test_an_input_that_turns_nothing() -> None:
+    text = PAPER[: PAPER.index("[[coupling]]")] + (
+        '[[inertia]]\nname = "motor"\nradius = 1.0\npolar_inertia = 1.0\n'
+    )
+    drivetrain = loads(text.replace('input = "reducer.pinion"', 'input = "motor"'))
+    (finding,) = input_turns(drivetrain, drivetrain_components(drivetrain))
+    assert str(finding) == (
+        "operation: input = 'motor': turns nothing but itself; expected a body that is geared or "
+        "coupled to others"
+    )

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mbs_models.model_file import folder_of, load
+from mbs_models.parameters import Drivetrain
 from mbs_models.time_integration import SimulationError
 
 from .. import screen
@@ -63,7 +64,7 @@ def carry_out(options: Options) -> Simulation:
             folder=folder_of(options.model) if not options.excitation else Path(),
             duration=options.duration,
             sampling_frequency=options.sampling,
-            turning=options.speed is not None or options.torque is not None,
+            turning=_turns(drivetrain, options),
         ),
         responses=options.response,
         duration=options.duration,
@@ -97,3 +98,9 @@ def carry_out(options: Options) -> Simulation:
     for path in written:
         print(f"Written: {path}")
     return found
+
+
+def _turns(drivetrain: Drivetrain, options: Options) -> bool:
+    """Whether a speed is asked for, here or by the model file."""
+    given = drivetrain.operation.speed if drivetrain.operation else None
+    return bool(given if options.speed is None else options.speed)

@@ -30,6 +30,10 @@ from ..floquet import growth_rate, parametric_system
 
 FloatArray = NDArray[np.float64]
 
+NOTHING_EXCITES = (
+    "Nothing excites: no mesh has a stiffness that varies or a transmission error, so that every "
+    "mesh carries its static force. Give mesh_variation or mesh_transmission_error."
+)
 HARMONICS = 6  # of a mesh that are named and followed: as many as the band has
 PASSES = 2  # planet passings either side of a harmonic that are named
 LEAST_TURNS = 4.0  # of a carrier in the measured part: a Hann window's lines are four bins wide
@@ -129,6 +133,11 @@ class GearRun:
     phasing: Mapping[str, tuple[Phasing, ...]]
     stability: Stability | None = None
 
+    @property
+    def excites(self) -> bool:
+        """Whether any mesh varies: else every mesh carries its static force, and nothing moves."""
+        return any(law.varies for law in self.point.laws.values())
+
 
 def gear_run(
     drivetrain: Drivetrain, point: OperatingPoint, record: TransientRecord, run_in: float
@@ -140,7 +149,7 @@ def gear_run(
     drivetrain, point
         What was run, and at which operating point.
     record
-        With its mesh forces.
+        With its mesh forces and which flanks touch.
     run_in
         What is left out at the start (s).
     """
@@ -148,9 +157,10 @@ def gear_run(
     measured = record.span(math.ceil(run_in * record.sampling_frequency))
     assert measured.mesh_forces is not None
     forces, rate = np.asarray(measured.mesh_forces), record.sampling_frequency
-    loads = mesh_loads(record.meshes, forces)
+    assert measured.contact is not None
+    loads = mesh_loads(record.meshes, forces, measured.contact)
     tones = mesh_tones(drivetrain, point.mesh_frequencies, point.speeds)
-    if not tones:
+    if not (tones and any(law.varies for law in point.laws.values())):
         return GearRun(point, loads, forces, None, {}, (), {})
     length = min(len(forces), LONGEST_SPECTRUM)
     spectrum = amplitude_spectrum(forces, rate, resolution=rate / length)

@@ -20,6 +20,7 @@ from ..report.digits import rounded
 from ..report.files import write_together
 from ..report.html import environment
 from ..report.provenance import Provenance, provenance
+from ..results import Check
 from .estimates import EstimatedFrfs
 from .gear_run import GearRun
 from .in_words import in_words
@@ -103,6 +104,7 @@ def simulation_html(found: Simulation, made: Provenance) -> str:
             excitations=[in_words(excitation) for excitation in found.excitations],
             lasted=found.record.n_samples / found.record.sampling_frequency,
             sections=sections(found),
+            reasons=dict.fromkeys(check.reason for check in found.checks),
             parameters=dumps(found.drivetrain),
         )
     )
@@ -110,21 +112,35 @@ def simulation_html(found: Simulation, made: Provenance) -> str:
 
 def verdict(found: Simulation) -> str:
     """The run in a sentence."""
-    if found.checks:
-        worst = max(check.value for check in found.checks if "magnitude" in check.name)
-        agree = "agree with FBS" if found.agrees else "do not agree with FBS everywhere"
-        size = f"{worst:.2g} dB" if worst >= 1e-3 else "below 0.001 dB"
-        averaged = any(part.estimate.kind == "H1" for part in found.estimated)
-        beyond = ", the estimate’s own scatter allowed for" if averaged else ""
-        judged = np.concatenate([part.compared.ravel() for part in found.estimated])
-        lines = "all lines" if judged.all() else f"the lines judged, {percent(judged)} of all"
-        return (
-            f"FRFs from exudyn’s time integration {agree}: largest difference {size} on {lines}"
-            f"{beyond}"
-        )
+    said = []
+    if found.estimated:
+        said.append(_against_fbs(found))
     if found.gears is not None:
-        return _operated(found.gears)
-    return "The drivetrain was run in time"
+        said.append(_operated(found.gears))
+    broken = [check.name for check in found.checks if not check.agrees and check not in _frf(found)]
+    if broken:
+        said.append(f"the run contradicts mechanics: {', '.join(broken)}")
+    return "; ".join(said) or "The drivetrain was run in time"
+
+
+def _frf(found: Simulation) -> tuple[Check, ...]:
+    """The checks on FRFs."""
+    return tuple(check for check in found.checks if check.name.startswith("FRFs"))
+
+
+def _against_fbs(found: Simulation) -> str:
+    checks = _frf(found)
+    worst = max(check.value for check in checks if "magnitude" in check.name)
+    alike = all(check.agrees for check in checks)
+    agree = "agree with FBS" if alike else "do not agree with FBS everywhere"
+    size = f"{worst:.2g} dB" if worst >= 1e-3 else "below 0.001 dB"
+    averaged = any(part.estimate.kind == "H1" for part in found.estimated)
+    beyond = ", the estimate’s own scatter allowed for" if averaged else ""
+    judged = np.concatenate([part.compared.ravel() for part in found.estimated])
+    lines = "all lines" if judged.all() else f"the lines judged, {percent(judged)} of all"
+    return (
+        f"FRFs from exudyn’s time integration {agree}: largest difference {size} on {lines}{beyond}"
+    )
 
 
 def _operated(gears: GearRun) -> str:

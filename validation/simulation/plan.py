@@ -48,6 +48,8 @@ class Plan:
         As for `simulate`.
     duration, run_in
         s, of which run-in.
+    fmax
+        End of the band of interest (Hz).
     static
         (n_dof,) m, the equilibrium under preload.
     dynamic
@@ -58,6 +60,7 @@ class Plan:
     sampling_frequency: float
     duration: float
     run_in: float
+    fmax: float
     static: FloatArray
     dynamic: tuple[FloatArray, FloatArray]
 
@@ -86,7 +89,7 @@ def plan(linear: LinearizedSystem, request: Request, point: OperatingPoint | Non
     dynamic = _steady_start(linear, request.excitations, integrator)
     duration, run_in = _duration(request, point, period, slowest_decay(linear, fmax))
     _check_records(request, duration, rate)
-    return Plan(integrator, rate, duration, run_in, static, dynamic)
+    return Plan(integrator, rate, duration, run_in, fmax, static, dynamic)
 
 
 def _check_dofs(linear: LinearizedSystem, request: Request) -> None:

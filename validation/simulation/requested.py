@@ -49,7 +49,7 @@ def excitations_asked(
     duration, sampling_frequency
         Of the record, if they are decided (s, Hz).
     turning
-        Whether speed or torque are asked for: then nothing else need excite.
+        Whether a speed is asked for: then nothing else need excite.
 
     Raises
     ------

@@ -35,6 +35,7 @@ from .estimates import (
 from .gear_run import gear_run
 from .long_records import channels, odd_channels
 from .plan import Plan, plan
+from .proof import run_checks
 from .results import Request, Simulation
 from .reversal import reversed_excitation
 from .ringing import ringing, ringing_warning
@@ -101,7 +102,7 @@ class PlannedRun:
         """Run it, and analyse what comes out."""
         record = self._timed("time integration", lambda: self._record(FORWARD))
         estimated, no_frfs, share = self._frfs(record)
-        checks = tuple(check for found in estimated for check in estimate_checks(found))
+        frf_checks = tuple(check for found in estimated for check in estimate_checks(found))
         levels = None
         if self.request.levels:
             levels = self._timed("drive levels", lambda: self._levels(self.request.levels))
@@ -115,16 +116,29 @@ class PlannedRun:
             estimated=estimated,
             no_frfs=no_frfs,
             even_share=share,
-            checks=checks,
+            checks=(*frf_checks, *self._physics(record)),
             levels=levels,
             gears=gear_run(self.drivetrain, point, record, self.plan.run_in) if point else None,
-            hints=self._hints(checks),
+            hints=self._hints(frf_checks),
             warnings=(
                 *self.given.warnings(),
                 *record.warnings,
                 *ringing_warning(ringing(record)),
             ),
             seconds=self.seconds,
+        )
+
+    def _physics(self, record: TransientRecord) -> tuple[Check, ...]:
+        """Verdicts of statics and energy on a run under torque or at speed."""
+        if self.point is None:
+            return ()
+        return run_checks(
+            self.drivetrain,
+            self.point,
+            record,
+            self.plan.run_in,
+            self.plan.fmax,
+            excited=bool(self.request.excitations),
         )
 
     def _timed(self, name: str, step: Callable[[], T]) -> T:
@@ -141,7 +155,9 @@ class PlannedRun:
             excitations = tuple(reversed_excitation(excitation) for excitation in excitations)
             sign = -1.0
         point = self.point
-        meshes = ("mesh_forces",) if direction == FORWARD else ()
+        gears = (
+            ("mesh_forces", "contact", "energy", "work") if direction == FORWARD and point else ()
+        )
         return simulate(
             build_drivetrain(self.drivetrain, point.laws if point else None),
             (*excitations, *(point.loads if point else ())),
@@ -150,7 +166,7 @@ class PlannedRun:
             sampling_frequency=self.plan.sampling_frequency,
             start_state=(static + sign * dynamic[0], sign * dynamic[1]),
             responses=self.request.responses,
-            record=(*RECORDED, *meshes),
+            record=(*RECORDED, *gears),
             store=self.store and self.store / direction,
             progress=lambda _, done, total: self.progress(_named(direction), done, total),
         )
@@ -266,8 +282,15 @@ def _named(direction: str) -> str:
 
 
 def _operating_point(drivetrain: Drivetrain, request: Request) -> OperatingPoint | None:
-    """The operating point asked for, or the model file's; None: unloaded and at rest."""
+    """The operating point asked for, or the model file's; None: unloaded and at rest.
+
+    A speed of 0 asks for the FRFs of the drivetrain at rest, under the torque if there is one.
+    """
     operation = drivetrain.operation
+    if request.speed_rpm == 0.0 and not request.torque:
+        torque = None if operation is None else operation.torque
+        if not torque or request.torque == 0.0:
+            return None
     asked = request.speed_rpm is not None or request.torque is not None
     given = operation is not None and (operation.speed is not None or operation.torque is not None)
     if not asked and not given:

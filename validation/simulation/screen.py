@@ -6,6 +6,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from .gear_run import NOTHING_EXCITES
 from .in_words import in_words
 from .results import Simulation
 
@@ -22,9 +23,9 @@ def findings(found: Simulation) -> None:
     )
     console = Console()
     console = console if console.is_terminal else Console(width=160)
-    if found.estimated:
+    if found.checks:
         _verdicts(found, console)
-    elif found.excitations:
+    if found.excitations and not found.estimated:
         print(f"No FRFs to hold against FBS: {found.no_frfs}.")
     if found.levels is not None:
         print(found.levels.conclusion)
@@ -33,7 +34,7 @@ def findings(found: Simulation) -> None:
 
 
 def _verdicts(found: Simulation, console: Console) -> None:
-    table = Table(title=f"{found.drivetrain.name}: time against FBS", title_justify="left")
+    table = Table(title=f"{found.drivetrain.name}: what must hold", title_justify="left")
     for header in ("comparison", "of"):
         table.add_column(header)
     for header in ("value", "allowed"):
@@ -42,7 +43,7 @@ def _verdicts(found: Simulation, console: Console) -> None:
     for check in found.checks:
         verdict = "[green]agree[/]" if check.agrees else "[bold red]DISAGREE[/]"
         table.add_row(
-            check.name, check.subject, f"{check.value:.3g}", f"{check.tolerance:g}", verdict
+            check.name, check.subject, f"{check.value:.3g}", f"{check.tolerance:.2g}", verdict
         )
     console.print(table)
     for check in found.checks:
@@ -61,6 +62,8 @@ def _verdicts(found: Simulation, console: Console) -> None:
 def _meshes(found: Simulation, console: Console) -> None:
     gears = found.gears
     assert gears is not None
+    if not gears.excites:
+        print(NOTHING_EXCITES)
     for stage, frequency in gears.point.mesh_frequencies.items():
         print(f"Mesh frequency of {stage}: {frequency:.4g} Hz")
     table = Table(title="Mesh forces", title_justify="left")

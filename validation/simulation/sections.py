@@ -17,7 +17,7 @@ from ..modes import equation_modes
 from .drive_level import DriveLevels, frf_of
 from .estimates import DECIBEL_TOLERANCE, DEGREE_TOLERANCE, EstimatedFrfs, estimator
 from .frf_figures import FrfPair, LevelCurve, frf_figure, level_figure, peak_hold_figure
-from .gear_run import LEAST_TURNS, GearRun, RingSensor
+from .gear_run import LEAST_TURNS, NOTHING_EXCITES, GearRun, RingSensor
 from .long_records import thinned, thinned_places
 from .order_figures import Theory, order_figure
 from .record_figures import (
@@ -173,8 +173,9 @@ def _gears(found: Simulation, gears: GearRun) -> Iterator[Section]:
         "meshes",
         "Mesh forces",
         (
-            "Tension of each mesh spring along its line of action; the dynamic factor is the "
-            "largest force over the mean one.",
+            *([] if gears.excites else [NOTHING_EXCITES]),
+            "Force of each mesh along its line of action, positive where the loaded flanks press; "
+            "the dynamic factor is the largest force over the mean one.",
         ),
         (mesh_figure("meshes", time, gears.mesh_forces[count - shown :], gears.loads),),
     )

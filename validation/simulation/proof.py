@@ -1,0 +1,321 @@
+"""What a run under torque must show by itself: statics, energy, and nothing that grows.
+
+In a steady state every body's mean acceleration is zero, so that the mean mesh forces are those of
+statics whatever varies, and a planet's two meshes carry the same on their one base radius. The
+drivetrain as a whole turns on with the mean rotation and no faster, energy changes by the work
+done, and what vibrates stays as large as it is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+from scipy.signal.windows import blackmanharris
+
+from mbs_models.integration.integrators import TRAPEZOIDAL
+from mbs_models.integration.transient_record import TransientRecord
+from mbs_models.meshing.operating_point import OperatingPoint, families
+from mbs_models.parameters import Drivetrain, PlanetaryStage
+
+from ..equations import drivetrain_system, rigid_body_motions
+from ..floquet import mesh_vectors
+from ..results import Check
+
+FloatArray = NDArray[np.float64]
+
+ROUTES = ("statics of the equations", "exudyn in time")
+# Relative, where nothing varies: 1e-9 by Newton's method and round-off, with room for a long run.
+STEADY = 1e-6
+# Largest sidelobe of the four-term Blackman-Harris window is −92 dB (Harris 1978, Proc. IEEE 66):
+# what 3e-5 of each line leaves in the mean; a mesh force has four lines as large as its swing.
+LEAKAGE = 1e-4
+SEGMENTS = 8
+MAY_RISE = 0.05  # over the whole run: a twentieth, below which beats are not told from growth
+STANDARD_ERRORS = 4.0  # of the slope: one run in 300 with eight segments
+VIBRATES = 1e-6  # of the mean mesh force: below is round-off, and whether it grows says nothing
+WORK_EXACT = 1e-6  # of the energy exchanged; the trapezoidal rule's own sum leaves 1e-9
+
+
+@dataclass(frozen=True)
+class _Means:
+    """Windowed means of the mesh forces, and how far each swings about its own (N)."""
+
+    mean: dict[str, float]
+    swing: float
+
+    def largest(self) -> float:
+        return max(abs(value) for value in self.mean.values())
+
+
+def run_checks(
+    drivetrain: Drivetrain,
+    point: OperatingPoint,
+    record: TransientRecord,
+    run_in: float,
+    highest: float,
+    *,
+    excited: bool = False,
+) -> tuple[Check, ...]:
+    """Verdicts of physics on a run under torque or at speed.
+
+    Parameters
+    ----------
+    drivetrain, point
+        What was run, and where.
+    record
+        With mesh forces, energy and work, and the displacement of all DoFs (else the free rotation
+        is not judged).
+    run_in
+        What is left out at the start (s).
+    highest
+        Highest frequency that counts (Hz).
+    excited
+        Whether forces from outside act: then no more is judged than energy against work.
+    """
+    if excited:
+        return (_energy(record, highest),)
+    first = round(run_in * record.sampling_frequency)
+    measured = record.span(first)
+    means = _means(measured)
+    found = [_against_statics(drivetrain, point, means)]
+    found += _sun_against_ring(drivetrain, means)
+    found.append(_growth(measured, means))
+    found.append(_energy(record, highest))
+    if set(point.dofs) <= set(record.labels):
+        found.append(_free_rotation(drivetrain, point, measured))
+    return tuple(found)
+
+
+def _means(record: TransientRecord) -> _Means:
+    assert record.mesh_forces is not None
+    window = blackmanharris(record.n_samples, sym=False)
+    forces = np.asarray(record.mesh_forces)
+    mean = window @ forces / window.sum()
+    return _Means(
+        dict(zip(record.meshes, mean.tolist(), strict=True)),
+        float(np.ptp(forces, axis=0).max() / 2.0),
+    )
+
+
+def _against_statics(drivetrain: Drivetrain, point: OperatingPoint, means: _Means) -> Check:
+    """The mean force of each mesh family against K q = f of the equations.
+
+    Of a family, not of each mesh: how planets share depends on play and on deflections, their sum
+    on the torque alone.
+    """
+    expected = static_mesh_forces(drivetrain, point)
+    scale = max(max(map(abs, expected.values())), means.largest(), np.finfo(float).tiny)
+    off = {
+        f"{stage.name} {family.key}": (
+            sum(means.mean[name] for name in family.names),
+            sum(expected[name] for name in family.names),
+        )
+        for stage in drivetrain.stages
+        for family in families(stage)
+    }
+    worst = max(abs(mean - static) for mean, static in off.values()) / scale
+    tolerance = STEADY + LEAKAGE * means.swing / scale
+    return Check(
+        "mean mesh forces",
+        f"{len(off)} mesh famil{'y' if len(off) == 1 else 'ies'}",
+        ROUTES,
+        "largest difference, of the static force",
+        worst,
+        tolerance,
+        "in a steady state nothing accelerates in the mean; a window keeps 1e-4 of what swings out "
+        "of it, and 1e-6 is left to round-off",
+        tuple(
+            f"{name}: mean {mean:.6g} N, statics {static:.6g} N"
+            for name, (mean, static) in off.items()
+            if abs(mean - static) > tolerance * scale
+        ),
+    )
+
+
+def static_mesh_forces(drivetrain: Drivetrain, point: OperatingPoint) -> dict[str, float]:
+    """Force of every mesh (N) by the equations' matrices, positive where loaded flanks press."""
+    system = drivetrain_system(drivetrain)
+    load = np.zeros(len(system.dofs))
+    for each in point.loads:
+        leader, factor = system.derived.get(each.dof, (each.dof, 1.0))
+        load[system.dofs.index(leader)] += factor * each.signal.force
+    scale = np.sqrt(np.diag(system.stiffness))
+    scale[scale == 0.0] = 1.0
+    scaled = system.stiffness / np.outer(scale, scale)
+    rank = len(load) - rigid_body_motions(drivetrain)
+    values, vectors = np.linalg.eigh(scaled)
+    held = np.argsort(values)[len(values) - rank :]
+    motion = (vectors[:, held] / values[held]) @ (vectors[:, held].T @ (load / scale)) / scale
+    return {
+        name: float(stiffness * (row @ motion)) * point.laws[name].flank
+        for name, (stiffness, row) in mesh_vectors(drivetrain, system).items()
+    }
+
+
+def _sun_against_ring(drivetrain: Drivetrain, means: _Means) -> list[Check]:
+    """Both meshes of a planet carry the same on its base radius, in the mean."""
+    pairs = []
+    for stage in drivetrain.stages:
+        if isinstance(stage, PlanetaryStage):
+            sun, ring = families(stage)
+            pairs += list(zip(sun.names, ring.names, strict=True))
+    if not pairs:
+        return []
+    scale = max(means.largest(), np.finfo(float).tiny)
+    apart = {sun: abs(means.mean[sun] - means.mean[ring]) / scale for sun, ring in pairs}
+    tolerance = STEADY + LEAKAGE * means.swing / scale
+    return [
+        Check(
+            "sun and ring force of each planet",
+            f"{len(pairs)} planets",
+            ("torque balance of a planet", ROUTES[1]),
+            "largest difference, of the largest mean force",
+            max(apart.values()),
+            tolerance,
+            "a planet's two meshes act on one base radius; tolerance as for the means",
+            tuple(
+                f"{sun}: {means.mean[sun]:.6g} N, its ring mesh {means.mean[ring]:.6g} N"
+                for sun, ring in pairs
+                if apart[sun] > tolerance
+            ),
+        )
+    ]
+
+
+def _growth(record: TransientRecord, means: _Means) -> Check:
+    """Slope of ln rms of the mesh forces about their means, over eight parts of the run."""
+    assert record.mesh_forces is not None
+    ends = np.linspace(0, record.n_samples, SEGMENTS + 1).astype(int)
+    mean = np.array([means.mean[name] for name in record.meshes])
+    rms = np.array(
+        [
+            np.sqrt(np.mean((np.asarray(record.mesh_forces[a:b]) - mean) ** 2, axis=0))
+            for a, b in pairwise(ends)
+        ]
+    )
+    lasted = record.n_samples / record.sampling_frequency
+    time = (ends[:-1] + ends[1:]) / 2.0 / record.sampling_frequency
+    telling = rms.max(axis=0) > VIBRATES * max(means.largest(), np.finfo(float).tiny)
+    slopes, allowed = np.zeros(len(mean)), np.full(len(mean), MAY_RISE / lasted)
+    for column in np.flatnonzero(telling):
+        slopes[column], error = _line(time, np.log(np.maximum(rms[:, column], 1e-300)))
+        allowed[column] += STANDARD_ERRORS * error
+    worst = int(np.argmax(slopes - allowed))
+    return Check(
+        "growth of the mesh forces",
+        f"{len(mean)} meshes",
+        ("steady state", ROUTES[1]),
+        "rate of ln rms about the mean, 1/s",
+        float(slopes[worst]),
+        float(allowed[worst]),
+        "a steady state does not grow: a twentieth over the run, and four standard errors of the "
+        "fitted slope",
+        tuple(
+            f"{name}: grows by a factor of e in {1.0 / slope:.3g} s"
+            for name, slope, limit in zip(record.meshes, slopes, allowed, strict=True)
+            if slope > limit
+        ),
+        "" if telling.any() else "nothing vibrates by more than 1e-6 of the mean force",
+    )
+
+
+def _line(time: FloatArray, values: FloatArray) -> tuple[float, float]:
+    """Slope of a straight line through values, and its standard error."""
+    centred = time - time.mean()
+    slope = float(centred @ values / (centred @ centred))
+    left = values - values.mean() - slope * centred
+    error = np.sqrt(left @ left / (len(time) - 2) / (centred @ centred))
+    return slope, float(error)
+
+
+def _energy(record: TransientRecord, highest: float) -> Check:
+    assert record.energy is not None
+    assert record.work is not None
+    energy, work = np.asarray(record.energy), np.asarray(record.work)
+    gap = energy[1:] - energy[0] - np.cumsum(work[:-1])
+    # What is done to and fro; where hardly anything is, a thousandth of what is stored.
+    exchanged = float(np.abs(work).sum() + np.abs(np.diff(energy)).sum())
+    exchanged = max(exchanged, 1e-3 * float(np.abs(energy).max()), np.finfo(float).tiny)
+    step = 2.0 * np.pi * highest * record.integrator.step
+    exact = record.integrator.name == TRAPEZOIDAL
+    tolerance = WORK_EXACT if exact else WORK_EXACT + step**2 / 12.0
+    worst = float(np.abs(gap).max(initial=0.0)) / exchanged
+    return Check(
+        "energy against work",
+        "the whole run",
+        ("work of torques, meshes and dampers", ROUTES[1]),
+        "largest difference, of the energy exchanged",
+        worst,
+        tolerance,
+        "the trapezoidal integrator keeps this balance step by step; the sum over another's steps "
+        "is off by (ωh)²/12",
+        (f"energy and work part by {worst:.3g} of what is exchanged",) if worst > tolerance else (),
+    )
+
+
+def _free_rotation(drivetrain: Drivetrain, point: OperatingPoint, record: TransientRecord) -> Check:
+    """How fast the drivetrain turns beside its mean rotation, of that."""
+    assert record.displacement is not None
+    linear = point.linear
+    _, shapes = eigh(linear.stiffness, linear.mass)
+    free = shapes[:, : rigid_body_motions(drivetrain)]
+    rows = [point.dofs.index(label) if label in point.dofs else -1 for label in record.labels]
+    reading = np.array([(linear.mass @ free)[row] if row >= 0 else 0.0 * free[0] for row in rows])
+    along = np.asarray(record.displacement) @ reading
+    time = np.arange(record.n_samples) / record.sampling_frequency
+    window = blackmanharris(record.n_samples, sym=False)
+    drift = _window_slopes(window, time, along) @ free.T
+    twist = max(float(np.abs(point.displacement).max()), np.finfo(float).tiny)
+    pace = max(_mean_pace(drivetrain, point), twist)  # m/s; at standstill the twist in a second
+    swing = float(np.ptp(along, axis=0).max(initial=0.0) * np.abs(free).max(initial=0.0))
+    lasted = record.n_samples / record.sampling_frequency
+    vibration = _vibration(drivetrain, point, record)
+    tolerance = STEADY + (LEAKAGE * swing / lasted + vibration) / pace
+    worst = int(np.abs(drift).argmax()) if drift.size else 0
+    value = float(np.abs(drift).max(initial=0.0)) / pace
+    return Check(
+        "free rotation",
+        f"{free.shape[1]} free motion{'' if free.shape[1] == 1 else 's'}",
+        ("mean rotation", ROUTES[1]),
+        "creep, of the mean rotation",
+        value,
+        tolerance,
+        "torque and reaction balance, and a preload does no work on the free rotation: it creeps "
+        "by round-off, and by what vibrating centres do to the angular momentum, which is of "
+        "second order; a window keeps 1e-4 of what swings out of the slope",
+        (f"{point.dofs[worst]} creeps by {drift[worst]:.3g} m/s beside the mean rotation",)
+        if value > tolerance
+        else (),
+    )
+
+
+def _mean_pace(drivetrain: Drivetrain, point: OperatingPoint) -> float:
+    """Fastest mean r·ω of any body (m/s)."""
+    paces = [
+        abs(speed) * drivetrain.radius(body)
+        for body, speed in point.speeds.items()
+        if body in drivetrain.bodies
+    ]
+    return max(paces, default=0.0)
+
+
+def _vibration(drivetrain: Drivetrain, point: OperatingPoint, record: TransientRecord) -> float:
+    """|q| |q̇|/r of the largest vibration: what centres that move add to an angular momentum."""
+    assert record.displacement is not None
+    assert record.velocity is not None
+    moved = np.abs(np.asarray(record.displacement) - record.displacement[0]).max()
+    radius = min(drivetrain.radius(body) for body in drivetrain.bodies)
+    return float(moved * np.abs(np.asarray(record.velocity)).max() / radius)
+
+
+def _window_slopes(window: FloatArray, time: FloatArray, values: FloatArray) -> FloatArray:
+    """Slope of the weighted straight line through each column."""
+    centred = time - window @ time / window.sum()
+    mean = window @ values / window.sum()
+    weighted = window * centred
+    slopes: FloatArray = weighted @ (values - mean) / (weighted @ centred)
+    return slopes
