@@ -14,6 +14,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +30,7 @@ from mbs_models.integration.integrators import (
     poles,
 )
 from mbs_models.linearization import LinearizedSystem, linearize
-from mbs_models.meshing.operating_point import operating_point
+from mbs_models.meshing.operating_point import OperatingPoint, operating_point
 from mbs_models.time_integration import simulate
 
 from ..errors import CommandError
@@ -49,9 +51,10 @@ TOLERANCE, DECIBEL_TOLERANCE = 0.01, 0.1
 BEND = 1e-3
 PERIODS = 30  # of the slowest line that are measured, at least
 APART = 6.0  # lines of a Hann window are told apart this many of its 1/T from each other
-LONGEST = 20.0  # s measured at most; lines closer than that tells apart are not judged
+MOST_STEPS = 400_000  # measured at most; lines closer than that tells apart are not judged
+BLOCK = 10_000  # of them at a time
 DIED_OUT = 0.01
-LONGEST_RUN_IN = 10.0  # s
+LONGEST_RUN_IN = 3.0  # s; lines near modes that take longer are not judged
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,43 +112,28 @@ def witness(turning: Turning, speed_rpm: float, progress: Progress) -> Witness:
         The steady state has no line to compare.
     """
     plan = turning.plan
-    drivetrain = plan.drivetrain
-    point = operating_point(drivetrain, speed_rpm=speed_rpm, torque=plan.torque)
-    linear = linearize(build_drivetrain(drivetrain))
+    point = operating_point(plan.drivetrain, speed_rpm=speed_rpm, torque=plan.torque)
+    linear = linearize(build_drivetrain(plan.drivetrain))
     first = turning.steady_state([speed_rpm / 60.0])
     shown = shown_lines(turning.lines, first.lattice)[1:]
     frequency = first.lattice.orders * speed_rpm / 60.0
-    n_mesh = len(turning.meshes)
-    judged = _judged(_channels(first)[shown], n_mesh, frequency[shown])
-    if not judged.any():
+    loudness = _loudness(_channels(first), len(turning.meshes))
+    if not (loudness[shown] > LEAST).any():
         raise CommandError(f"--check = {speed_rpm:g}: the steady state has no vibration to compare")
-    lines = frequency[shown][judged.any(axis=1)]
-    integrator = choose_integrator(linear, float(lines.max()), method=TRAPEZOIDAL, bend=BEND)
-    found = turning.steady_state([speed_rpm / 60.0], integrator.step)
-    measured = _measured(lines)
-    run_in = _run_in(linear, lines, measured)
-    everything = np.eye(len(linear.dofs))
-    start, rates = (
-        outputs(found, everything, quantity=quantity)[0].sum(axis=0).real
-        for quantity in (Quantity.RECEPTANCE, Quantity.MOBILITY)
-    )
-    record = simulate(
-        build_drivetrain(drivetrain, point.laws),
-        point.loads,
-        duration=run_in + measured,
-        integrator=integrator,
-        start_state=(point.displacement + start, rates),
-        responses=linear.dofs,
-        record=("acceleration", "mesh_forces"),
-        progress=lambda _, done, total: progress(f"exudyn at {speed_rpm:g} rpm", done, total),
-    )
-    assert record.acceleration is not None
-    assert record.mesh_forces is not None
-    begin = math.ceil(run_in * record.sampling_frequency)
-    order = [record.meshes.index(name) for name in turning.meshes]
-    samples = np.hstack(
-        [np.asarray(record.mesh_forces)[begin:, order], np.asarray(record.acceleration)[begin:]]
-    )
+    layout = _layout(linear, loudness[shown], frequency[shown])
+    if not layout.judged.any():
+        raise CommandError(
+            f"--check = {speed_rpm:g}: no line can be told from its neighbours and from slow modes "
+            f"within {LONGEST_RUN_IN + layout.measured:.3g} s; give another speed, or more damping"
+        )
+    found = turning.steady_state([speed_rpm / 60.0], layout.integrator.step)
+    fit = _apart(loudness.max(axis=1), frequency, 2.0 / layout.measured)
+    time = np.full(_channels(found).shape, np.nan, dtype=complex)
+    with TemporaryDirectory() as folder:
+        time[fit] = _measure(
+            turning, point, found, layout, frequency[fit], Path(folder) / "run",
+            lambda _, done, total: progress(f"exudyn at {speed_rpm:g} rpm", done, total),
+        )  # fmt: skip
     return Witness(
         speed_rpm=speed_rpm,
         names=line_names(turning)[1:],
@@ -153,12 +141,108 @@ def witness(turning: Turning, speed_rpm: float, progress: Progress) -> Witness:
         meshes=turning.meshes,
         dofs=linear.dofs,
         balance=_channels(found)[shown],
-        time=fitted(samples, record.time[begin:], frequency[1:])[shown - 1],
-        judged=judged,
-        integrator=integrator,
-        run_in=run_in,
-        measured=measured,
+        time=time[shown],
+        judged=layout.judged & np.isin(shown, fit)[:, None],
+        integrator=layout.integrator,
+        run_in=layout.run_in,
+        measured=layout.measured,
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Layout:
+    """How a run is laid out, and which lines (n_line, n_channel) it can judge."""
+
+    judged: NDArray[np.bool_]
+    integrator: Integrator
+    run_in: float
+    measured: float
+
+
+def _layout(linear: LinearizedSystem, loudness: FloatArray, frequency: FloatArray) -> _Layout:
+    """Long enough to tell loud lines apart and to let modes near them die out, if it can be."""
+    loud = loudness > LEAST
+    lines = frequency[loud.any(axis=1)]
+    integrator = choose_integrator(linear, float(lines.max()), method=TRAPEZOIDAL, bend=BEND)
+    gaps = np.diff(lines, prepend=0.0)
+    wanted = max(PERIODS / float(lines.min()), APART / float(gaps.min()))
+    measured = min(wanted, MOST_STEPS * integrator.step)
+    reach = APART / measured
+    distance = np.abs(np.subtract.outer(frequency, lines))
+    alone = np.where(distance > 0.0, distance, np.inf).min(axis=1) > 0.999 * reach
+    waits = _waits(linear, frequency, reach)
+    judged = loud & (alone & (waits <= LONGEST_RUN_IN))[:, None]
+    run_in = float(waits[judged.any(axis=1)].max(initial=PERIODS / float(lines.max())))
+    return _Layout(judged, integrator, run_in, measured)
+
+
+def _loudness(channels: ComplexArray, n_mesh: int) -> FloatArray:
+    """Of the largest line of any mesh, or of any acceleration (n_line, n_channel); the mean's 0."""
+    size = np.abs(channels)
+    size[0] = 0.0
+    for kind in (slice(0, n_mesh), slice(n_mesh, None)):
+        largest = size[:, kind].max(initial=0.0)
+        size[:, kind] /= largest or 1.0
+    return size
+
+
+def _waits(linear: LinearizedSystem, frequency: FloatArray, reach: float) -> FloatArray:
+    """Until modes within reach of a line have died out (n_line,), s."""
+    waits = np.zeros(len(frequency))
+    for pole in poles(linear):
+        natural, decay = abs(pole.value) / (2.0 * np.pi), -pole.value.real
+        wait = math.log(1.0 / DIED_OUT) / decay if decay > 0.0 else math.inf
+        near = np.abs(frequency - natural) < reach
+        waits[near] = np.maximum(waits[near], wait)
+    return waits
+
+
+def _apart(loudness: FloatArray, frequency: FloatArray, distance: float) -> NDArray[np.int64]:
+    """Lines, the loudest first, none nearer to one before than a distance, nor to 0 Hz (Hz)."""
+    kept: list[int] = []
+    for line in np.argsort(-loudness, kind="stable"):
+        near = np.abs(frequency[[*kept, 0]] - frequency[line])
+        if line and loudness[line] > 0.0 and near.min() > distance:
+            kept.append(int(line))
+    return np.array(sorted(kept))
+
+
+def _measure(
+    turning: Turning,
+    point: OperatingPoint,
+    found: PeriodicResponse,
+    layout: _Layout,
+    frequency: FloatArray,
+    store: Path,
+    progress: Progress,
+) -> ComplexArray:
+    """Integrate from the steady state, and read some lines (n_line, n_channel)."""
+    dofs = found.system.dofs
+    start, rates = (
+        outputs(found, np.eye(len(dofs)), quantity=quantity)[0].sum(axis=0).real
+        for quantity in (Quantity.RECEPTANCE, Quantity.MOBILITY)
+    )
+    record = simulate(
+        build_drivetrain(turning.plan.drivetrain, point.laws),
+        point.loads,
+        duration=layout.run_in + layout.measured,
+        integrator=layout.integrator,
+        start_state=(point.displacement + start, rates),
+        responses=dofs,
+        record=("acceleration", "mesh_forces"),
+        store=store,
+        progress=progress,
+    )
+    assert record.acceleration is not None
+    assert record.mesh_forces is not None
+    begin = math.ceil(layout.run_in * record.sampling_frequency)
+    order = [record.meshes.index(name) for name in turning.meshes]
+    forces, acceleration = record.mesh_forces, record.acceleration
+
+    def samples(part: slice) -> FloatArray:
+        return np.hstack([np.asarray(forces[part])[:, order], np.asarray(acceleration[part])])
+
+    return fitted(samples, begin, record.n_samples, record.sampling_frequency, frequency)
 
 
 def _channels(found: PeriodicResponse) -> ComplexArray:
@@ -168,59 +252,40 @@ def _channels(found: PeriodicResponse) -> ComplexArray:
     return np.hstack([found.spring_forces[0], acceleration[0]])
 
 
-def _judged(balance: ComplexArray, n_mesh: int, frequency: FloatArray) -> NDArray[np.bool_]:
-    """Lines above a hundredth of the largest of any mesh, or of any acceleration."""
-    size = np.abs(balance)
-    largest = np.concatenate(
-        [
-            np.full(n_mesh, size[:, :n_mesh].max()),
-            np.full(size.shape[1] - n_mesh, size[:, n_mesh:].max()),
-        ]
-    )
-    judged = (size > LEAST * largest) & (size > 0.0)
-    order = np.argsort(frequency)
-    gaps = np.diff(frequency[order], prepend=-np.inf, append=np.inf)
-    alone = np.empty(len(frequency), dtype=bool)
-    alone[order] = np.minimum(gaps[:-1], gaps[1:]) > APART / LONGEST
-    return np.asarray(judged & alone[:, None])
-
-
-def _measured(frequency: FloatArray) -> float:
-    lowest = float(frequency.min())
-    gaps = np.diff(np.unique(frequency))
-    closest = float(gaps.min()) if len(gaps) else lowest
-    return min(max(PERIODS / lowest, APART / min(closest, lowest)), LONGEST)
-
-
-def _run_in(linear: LinearizedSystem, frequency: FloatArray, measured: float) -> float:
-    """Until modes within the window's reach of a line have died out."""
-    waits = [PERIODS / float(frequency.max())]
-    for pole in poles(linear):
-        natural, decay = abs(pole.value) / (2.0 * np.pi), -pole.value.real
-        near = np.abs(frequency - natural).min() < APART / measured
-        if near and decay > 0.0:
-            waits.append(math.log(1.0 / DIED_OUT) / decay)
-    return min(max(waits), LONGEST_RUN_IN)
-
-
-def fitted(samples: FloatArray, time: FloatArray, frequency: FloatArray) -> ComplexArray:
+def fitted(
+    samples: Callable[[slice], FloatArray],
+    begin: int,
+    end: int,
+    rate: float,
+    frequency: FloatArray,
+) -> ComplexArray:
     """x_h of x(t) ≈ a + b t + Re Σ x_h e^{j2π f_h t}, least squares under a Hann window.
 
     Parameters
     ----------
     samples
-        (n, n_channel).
-    time
-        (n,) s.
+        (n, n_channel) of a range of instants.
+    begin, end, rate
+        The instants, k/rate.
     frequency
-        (n_line,) Hz.
+        (n_line,) Hz, 2/T apart or more: the normal equations lose few digits then.
     """
-    angle = 2.0 * np.pi * np.outer(time, frequency)
-    middle, half = 0.5 * (time[0] + time[-1]), 0.5 * (time[-1] - time[0])
-    drift = np.column_stack([np.ones_like(time), (time - middle) / half])
-    weight = np.sqrt(0.5 * (1.0 + np.cos(np.pi * (time - middle) / half)))[:, None]
-    basis = weight * np.hstack([np.cos(angle), -np.sin(angle), drift])
-    found, *_ = np.linalg.lstsq(basis, weight * samples, rcond=None)
+    middle, half = 0.5 * (begin + end - 1) / rate, 0.5 * (end - 1 - begin) / rate
+    size = 2 * len(frequency) + 2
+    square, right = np.zeros((size, size)), 0.0
+    for first in range(begin, end, BLOCK):
+        part = slice(first, min(first + BLOCK, end))
+        time = np.arange(part.start, part.stop) / rate
+        angle = 2.0 * np.pi * np.outer(time, frequency)
+        place = (time - middle) / half
+        weight = 0.5 * (1.0 + np.cos(np.pi * place))
+        basis = np.hstack(
+            [np.cos(angle), -np.sin(angle), np.ones_like(place)[:, None], place[:, None]]
+        )
+        weighted = (weight[:, None] * basis).T
+        square += weighted @ basis
+        right = right + weighted @ samples(part)
+    found = np.linalg.solve(square, right)
     n = len(frequency)
     return np.asarray(found[:n] + 1j * found[n : 2 * n])
 
