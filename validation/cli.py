@@ -363,7 +363,7 @@ def simulate(
 
 @app.command()
 def speed(
-    model: Model = "paper-table2",
+    model: Model,
     speed: Speeds = None,
     torque: Torque = None,
     response: Responses = None,
