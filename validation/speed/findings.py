@@ -21,6 +21,7 @@ FloatArray = NDArray[np.float64]
 # the static force: less is no resonance to mind.
 PROMINENCE, LEAST = 0.05, 0.01
 SAME_SPEED = 0.01  # relative: peaks of several families so close, of one line, are one resonance
+NEAR, MATTERS = 0.1, 0.05  # of the frequency; of the mesh's deflection
 BESIDE = 0.03  # relative: outside a resonance
 REPEATED = 1e-6  # relative: modes of one frequency answer together
 GROWING = 1e-6  # ln|μ| over a period that is no round-off of multipliers on the unit circle
@@ -133,9 +134,11 @@ def _family_peaks(turning: Turning, found: Speeds, modes: Modes) -> Iterator[Pea
         for at in find_peaks(curve, prominence=least)[0]:
             column = _loudest(family, found, int(at), static)
             line = _rising_line(found, int(at), column)
-            mode, share = answers.loudest(found.acceleration[at, line], column)
             order = float(turning.lines.orders[line])
             speed = float(found.rpm[at])
+            mode, share = answers.loudest(
+                found.acceleration[at, line], column, order * speed / 60.0
+            )
             yield Peak(
                 speed, family.name, turning.meshes[column], line, order * speed / 60.0, order,
                 float(curve[at]),
@@ -169,13 +172,14 @@ class ModeAnswers:
         (n_mode, n_dof) φ_rᵀ M.
     deflections
         (n_mesh, n_mode) v·φ_r.
-    groups
-        Elastic modes, repeated ones together.
+    groups, frequencies
+        Elastic modes, repeated ones together, and theirs (Hz).
     """
 
     projection: FloatArray
     deflections: FloatArray
     groups: tuple[tuple[int, ...], ...]
+    frequencies: FloatArray
 
     @classmethod
     def of(cls, turning: Turning, modes: Modes) -> ModeAnswers:
@@ -194,14 +198,27 @@ class ModeAnswers:
                 groups[-1].append(number)
             else:
                 groups.append([number])
-        return cls(shapes.T @ system.mass, vectors @ shapes, tuple(map(tuple, groups)))
+        return cls(
+            shapes.T @ system.mass,
+            vectors @ shapes,
+            tuple(map(tuple, groups)),
+            np.array([modes.modes[group[0]].frequency_hz for group in groups]),
+        )
 
-    def loudest(self, acceleration: NDArray[np.complex128], mesh: int) -> tuple[int, float]:
-        """The mode (the first of repeated ones) with the largest share, and that share."""
+    def loudest(
+        self, acceleration: NDArray[np.complex128], mesh: int, frequency: float
+    ) -> tuple[int, float]:
+        """The mode (the first of repeated ones) with the largest share, and that share.
+
+        Of modes near the line's frequency (Hz) if one of them matters: a mesh's deflection is
+        often quasi-static for the most part, by modes far above.
+        """
         parts = self.deflections[mesh] * (self.projection @ acceleration)
         sums = np.array([abs(parts[list(group)].sum()) for group in self.groups])
-        best = int(np.argmax(sums))
         whole = abs(sum(parts[list(group)].sum() for group in self.groups))
+        near = np.abs(self.frequencies / frequency - 1.0) <= NEAR
+        among = np.where(near, sums, 0.0)
+        best = int(np.argmax(among if among.max() >= MATTERS * whole else sums))
         return self.groups[best][0], float(sums[best] / whole) if whole else 0.0
 
 

@@ -28,7 +28,7 @@ from .words import margin_in_words, peak_energy, peak_mode, unstable_in_words
 
 FloatArray = NDArray[np.float64]
 
-DRAWN_MAPS = 6  # order maps of meshes, and of accelerations
+DRAWN_MAPS, DRAWN_VIBRATIONS = 6, 3  # order maps of meshes, and of accelerations
 DRAWN_CHANNELS = 3  # of a witness, of forces and of accelerations
 LISTED_MARGINS = 12
 NAMED = 4  # peaks named beside a natural frequency
@@ -308,17 +308,17 @@ def _accelerations(result: SpeedResult, found: Speeds) -> Section:
         rows.append(
             (
                 label,
-                engineering(float(level[at]), "m/s²"),
+                _plain(float(level[at]), "m/s²"),
                 f"{found.rpm[at]:.5g}",
                 f"{names[line + 1]} ({result.turning.lines.orders[line + 1]:.5g})",
-                engineering(float(lines[at, line]), "m/s²"),
+                _plain(float(lines[at, line]), "m/s²"),
             )
         )
     words = (f"Of {len(dofs)} DoFs; rotations w = r·θ at their radius. RMS of all lines.",)
     headings = ("DoF", "Largest RMS", "at, rpm", "Loudest line there (order)", "Its amplitude")
     figures = [
         curves_figure(
-            "accelerations", "Acceleration", found.rpm, curves, "RMS acceleration", unit="m/s²",
+            "accelerations", "Acceleration", found.rpm, curves, "RMS acceleration (m/s²)",
             shades=shades(result), floor_at=0.0,
         )
     ]  # fmt: skip
@@ -327,11 +327,16 @@ def _accelerations(result: SpeedResult, found: Speeds) -> Section:
         order_map_figure(
             f"vibration{number}", found.rpm, replace(shown, title=f"{shown.title}: orders")
         )
-        for number, shown in enumerate(loudest[:DRAWN_MAPS])
+        for number, shown in enumerate(loudest[:DRAWN_VIBRATIONS])
         if np.nanmax(shown.amplitude) > 0.0
     ]
     table = Table(headings, tuple(rows), frozenset({1, 2, 4}))
     return Section("accelerations", "Accelerations", words, (table,), tuple(figures))
+
+
+def _plain(value: float, unit: str) -> str:
+    """Three digits without a prefix: nobody says km/s²."""
+    return f"{float(f'{value:.3g}'):,.10g} {unit}".replace(",", "\u202f")
 
 
 def _column(result: SpeedResult, label: str) -> tuple[int, float]:
@@ -360,7 +365,9 @@ def _witness(found: Witness, number: int) -> Section:
                 witness_figure(f"witness{number}-{unit[0]}", found.frequency, channels, unit)
             )
     words = (
-        f"exudyn’s time integration ({found.integrator.reason}), started in the steady state; "
+        "exudyn’s time integration (trapezoidal rule, step "
+        f"{engineering(found.integrator.step, 's')}; the balance it is held against has the same "
+        "bend of frequencies), started in the steady state; "
         f"{found.run_in:.3g} s of run-in, {found.measured:.3g} s measured, lines fitted by least "
         "squares at their known frequencies. Nothing of the harmonic balance is in the run but "
         "where it starts.",

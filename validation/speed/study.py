@@ -29,7 +29,8 @@ from .plan import SpeedPlan
 from .resonance_speeds import resonance_speeds
 from .steady import Speeds, Task, evaluate, failed, joined, task
 from .turning import Turning, turning
-from .witness import Witness, witness, witness_checks
+from .witness import ROUTES as WITNESS_ROUTES
+from .witness import Witness, witness, witness_checks, witness_warnings
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[str, int, int], None]
@@ -81,6 +82,11 @@ class SpeedResult:
     checks: tuple[Check, ...] = ()
     warnings: tuple[str, ...] = ()
     seconds: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def witnessed(self) -> bool:
+        """Whether exudyn's time integration could judge anything."""
+        return any(check.routes == WITNESS_ROUTES for check in self.checks)
 
     @property
     def agrees(self) -> bool:
@@ -146,7 +152,7 @@ def run(
         margins=near,
         witnesses=witnesses,
         checks=(*steady_checks(turns, found), *witness_checks(witnesses)),
-        warnings=(*_given(plan), *_warnings(found)),
+        warnings=(*_given(plan), *_warnings(found), *witness_warnings(witnesses)),
         seconds=clock.seconds,
     )
 

@@ -21,7 +21,7 @@ def verdict(result: SpeedResult) -> str:
     wrong = sum(not check.agrees for check in result.checks)
     if wrong:
         return f"{wrong} of {len(result.checks)} checks disagree"
-    agreed = "; exudyn in time agrees" if result.witnesses else ""
+    agreed = "; exudyn in time agrees" if result.witnessed else ""
     return summary(result) + agreed
 
 
