@@ -188,3 +188,19 @@ def test_a_disagreement_ends_with_1(
 def test_the_study_runs_as_a_library() -> None:
     result = run(plan(pair(mesh_transmission_error=ERROR), speed="600:1200:100"))
     assert result.agrees
+
+
+@pytest.mark.slow
+def test_a_cluster_writes_the_same_numbers(tmp_path: Path) -> None:
+    from distributed import LocalCluster
+
+    model = written(pair(mesh_variation=HARMONIC), tmp_path)
+    options = ["speed", model, "--speed", "500:6000:250"]
+    with LocalCluster(
+        n_workers=1, threads_per_worker=1, processes=False, protocol="tcp", dashboard_address=None
+    ) as cluster:
+        address = cluster.scheduler_address
+        assert call(*options, "--executor", address, "--out", str(tmp_path / "far")) == 0
+    assert call(*options, "--executor", "serial", "--out", str(tmp_path / "here")) == 0
+    far, here = (document(tmp_path / name)["curves"] for name in ("far", "here"))
+    assert far == here

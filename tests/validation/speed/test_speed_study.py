@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from mbs_models.mode_kinds import Kind
+from mbs_models.model_file import load
 from tests.gearboxes import ERROR, HARMONIC, MASS, RADIUS, STIFFNESS, TEETH, pair, planetary
-from tests.strategies import changed
+from tests.strategies import changed, damped, with_stage
 from validation.executors import process_pool
 from validation.speed.findings import dynamic_factors, ranges
 from validation.speed.lines import line_names
@@ -211,3 +212,28 @@ def test_more_harmonics_are_solved_than_shown() -> None:
     steady = result.turning.steady_state([10.0])
     assert len(result.turning.lines.points) - 1 == 10
     assert len(steady.lattice.points) - 1 == 10 + BEYOND
+
+
+def two_stages() -> SpeedResult:
+    """The paper's drivetrain of Table 2, 40 teeth on the reducer's gears: mesh orders 40 and 21."""
+    drivetrain = damped(load("paper-table2"))
+    reducer = drivetrain.stage("reducer").model_dump(exclude_unset=True)
+    gears = {gear: reducer[gear] | {"teeth": 40} for gear in ("pinion", "wheel")}
+    drivetrain = with_stage(drivetrain, "reducer", mesh_variation=HARMONIC, **gears)
+    drivetrain = with_stage(drivetrain, "planetary", sun_mesh_variation=HARMONIC)
+    assert drivetrain.operation is not None
+    operation = drivetrain.operation.model_copy(update={"torque": 10.0})
+    return run(plan(changed(drivetrain, operation=operation), speed="1000,2000", harmonics=4))
+
+
+def test_lines_of_two_stages_are_named() -> None:
+    result = two_stages()
+    names = line_names(result.turning)
+    assert names[0] == "mean"
+    orders = dict(zip(names, result.turning.lines.orders, strict=True))
+    assert orders["3·mesh reducer"] == pytest.approx(120.0)
+    assert orders["mesh planetary"] == pytest.approx(21.0)  # z_s z_r/(z_s + z_r) = 30·70/100
+    assert result.turning.lines.n_phases == 2
+    assert orders["mesh reducer + mesh planetary"] == pytest.approx(61.0)
+    assert orders["mesh reducer − mesh planetary"] == pytest.approx(19.0)
+    assert all(check.agrees for check in result.checks)
