@@ -246,6 +246,24 @@ def partings(turning: Turning, found: Speeds) -> tuple[Parting, ...]:
     return tuple(parted)
 
 
+def loose_meshes(turning: Turning) -> tuple[str, ...]:
+    """Families with backlash and without load: nothing says which of their flanks touch."""
+    told = []
+    for family in turning.families:
+        loose = [
+            column
+            for column in family.columns
+            if turning.point.laws[turning.meshes[column]].backlash
+            and turning.static_forces[column] == 0.0
+        ]
+        if loose:
+            told.append(
+                f"{family.name}: backlash and no load; the linear steady state keeps their teeth "
+                "in contact, and its numbers do not hold"
+            )
+    return tuple(told)
+
+
 def energy_in_words(shares: ComponentShares, mode: int) -> str:
     """Where most of a mode's energy is, as ``mesh a – b 41 %, shaft … 20 %``."""
     most = shares.most("strain", mode, 2)

@@ -23,7 +23,7 @@ from ..executors import Workers
 from ..pieces import Work, computed
 from ..results import Check
 from .checks import steady_checks
-from .findings import Parting, Peak, loudest_dofs, partings, peaks
+from .findings import Parting, Peak, loose_meshes, loudest_dofs, partings, peaks
 from .instability import Unstable, unstable_ranges
 from .plan import SpeedPlan
 from .resonance_speeds import resonance_speeds
@@ -131,7 +131,7 @@ def run(
     if turns.lattice is None:
         return SpeedResult(
             turns, None, modes, energies,
-            margins=near, warnings=_given(plan), seconds=clock.seconds,
+            margins=near, warnings=(*_given(plan), *_unchecked(plan)), seconds=clock.seconds,
         )  # fmt: skip
     speeds = np.union1d(plan.speeds, resonance_speeds(turns, modes))
     found = clock.timed(
@@ -152,7 +152,12 @@ def run(
         margins=near,
         witnesses=witnesses,
         checks=(*steady_checks(turns, found), *witness_checks(witnesses)),
-        warnings=(*_given(plan), *_warnings(found), *witness_warnings(witnesses)),
+        warnings=(
+            *_given(plan),
+            *loose_meshes(turns),
+            *_warnings(found),
+            *witness_warnings(witnesses),
+        ),
         seconds=clock.seconds,
     )
 
@@ -201,6 +206,12 @@ def _margins(plan: SpeedPlan, turns: Turning, modes: Modes) -> tuple[Margin, ...
 
 def _given(plan: SpeedPlan) -> tuple[str, ...]:
     return (*plan.drivetrain.warnings(), *plan.notes)
+
+
+def _unchecked(plan: SpeedPlan) -> tuple[str, ...]:
+    if not plan.checked:
+        return ()
+    return ("--check: nothing vibrates, exudyn in time was not run",)
 
 
 def _warnings(found: Speeds) -> tuple[str, ...]:

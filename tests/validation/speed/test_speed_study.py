@@ -237,3 +237,11 @@ def test_lines_of_two_stages_are_named() -> None:
     assert orders["mesh reducer + mesh planetary"] == pytest.approx(61.0)
     assert orders["mesh reducer − mesh planetary"] == pytest.approx(19.0)
     assert all(check.agrees for check in result.checks)
+
+
+def test_teeth_with_backlash_and_without_load_are_told() -> None:
+    drivetrain = pair(mesh_transmission_error=ERROR, mesh_backlash=1e-5, torque=None)
+    result = run(plan(drivetrain, speed="600,900"))
+    assert any("pair mesh: backlash and no load" in warning for warning in result.warnings)
+    loaded = run(plan(drivetrain, speed="600,900", torque=100.0))
+    assert not any("backlash" in warning for warning in loaded.warnings)
