@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -109,3 +110,18 @@ def damped_modes(system: SecondOrderSystem, modes: RealModes) -> tuple[FloatArra
         n = modes.n_rigid
         expected = np.concatenate([expected[:n], match_poles(found, expected[n:])])
     return frequency_and_ratio(expected, modes.n_rigid)
+
+
+def modes_document(found: Modes) -> list[dict[str, Any]]:
+    """Frequency, damping, kind and energy of every mode, for JSON."""
+    return [
+        {
+            "frequency_hz": mode.frequency_hz,
+            "damping_ratio": mode.damping_ratio,
+            "kind": str(mode.kind),
+            "round_off_hz": mode.round_off_hz,
+            "kinetic_energy": dict(mode.shares.kinetic),
+            "strain_energy": dict(mode.shares.strain),
+        }
+        for mode in found.modes
+    ]
