@@ -28,7 +28,6 @@ from .cli_options import (
     Workers,
     named,
 )
-from .errors import CommandError
 from .exit_codes import BAD_INPUT, exit_code
 
 app = typer.Typer(
@@ -125,30 +124,30 @@ def run(
 def modes(
     model: Model = "paper",
     route: Annotated[str, typer.Option(help="exudyn or equations.")] = "exudyn",
+    torque: Annotated[
+        float | None,
+        typer.Option(help="At the input, N m: frequencies under it beside those at rest."),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Machine-readable.")] = False,
 ) -> None:
     """Natural frequencies, damping ratios and kinds of all modes."""
     from mbs_models.model_file import load
 
     from . import screen
+    from .modes import solved_modes
 
     drivetrain = load(model)
     screen.warn(drivetrain.warnings())
-    if route == "exudyn":
-        from mbs_models.modes import drivetrain_modes as solve
-    elif route == "equations":
-        from .modes import equation_modes as solve
-    else:
-        raise CommandError(f"--route = {route!r}: must be exudyn or equations")
-    found = solve(drivetrain)
+    found, at_rest = solved_modes(drivetrain, route, torque)
     if not as_json:
-        screen.modes(drivetrain.name, route, found)
+        screen.modes(drivetrain.name, route, found, at_rest, torque)
         return
     from .modes import modes_document, round_off_warnings
 
     if route == "exudyn":
         screen.warn(round_off_warnings(found))
-    print(json.dumps({"model": model, "route": route, "modes": modes_document(found)}, indent=1))
+    document = {"model": model, "route": route, "modes": modes_document(found, at_rest)}
+    print(json.dumps(document, indent=1))
 
 
 @app.command()

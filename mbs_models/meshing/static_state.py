@@ -41,6 +41,7 @@ SHARES = tuple(0.5**k for k in range(8))  # of a Newton step
 MAX_NEWTON = 50
 CARRIES_NOTHING = 1e-9  # of the load: a mesh force that is round-off
 UNBALANCED = 1e-9  # of the load: work on a free motion that round-off explains
+UNSTABLE = 1e-10  # of a stiffness scaled to 1: below is round-off of the free rotation
 RESIDUAL = 1e-7  # of the load; round-off of the stiffest bearings leaves 1e-9
 
 
@@ -135,7 +136,9 @@ def static_state(
                 "undeformed geometry; the deflections decide on its contact: give another torque, "
                 "or less backlash"
             )
-    return StaticState(motion, forces, linearized_at(system, motion))
+    loaded = linearized_at(system, motion)
+    _check_stable(loaded)
+    return StaticState(motion, forces, loaded)
 
 
 @dataclass(frozen=True)
@@ -322,7 +325,7 @@ def _settle(
 
 def linearized_at(system: MultibodySystem, motion: FloatArray) -> LinearizedSystem:
     """M, C and K about a position (n_dof,)."""
-    with _placed(system, motion):
+    with placed(system, motion):
         return linearize(system)
 
 
@@ -333,13 +336,27 @@ def forces_at(system: MultibodySystem, motion: FloatArray) -> FloatArray:
     settings.solution.file.write = False
     settings.staticSolver.verboseMode = 0
     solver: Any = exu.MainSolverStatic()
-    with interrupts_held(mbs), _placed(system, motion):
+    with interrupts_held(mbs), placed(system, motion):
         solver.InitializeSolver(mbs, settings)
         solver.ComputeODE2RHS(mbs)
         forces = np.asarray(solver.GetSystemResidual())[: len(transform)]
         solver.FinalizeSolver(mbs, settings)
     on_dofs: FloatArray = transform.T @ forces
     return on_dofs
+
+
+def _check_stable(linear: LinearizedSystem) -> None:
+    """Refuse an equilibrium from which the load pushes gears aside: K has a negative eigenvalue."""
+    scale = np.sqrt(np.abs(np.diag(linear.stiffness)))
+    scale[scale == 0.0] = 1.0
+    values, shapes = np.linalg.eigh(linear.stiffness / np.outer(scale, scale))
+    if values[0] < -UNSTABLE:
+        dof = linear.dofs[int(np.abs(shapes[:, 0]).argmax())]
+        raise ModelError(
+            f"static state under the preload: not stable; mesh forces push {dof} aside, against "
+            "bearings softer than force over length of the line of action: stiffen them, or give "
+            "a smaller torque"
+        )
 
 
 def _mesh_states(
@@ -356,8 +373,8 @@ def _mesh_states(
 
 
 @contextmanager
-def _placed(system: MultibodySystem, motion: FloatArray) -> Iterator[None]:
-    """The system with its initial state in a position; as built afterwards."""
+def placed(system: MultibodySystem, motion: FloatArray) -> Iterator[None]:
+    """The system with its initial state in a position (n_dof,); as built afterwards."""
     data, initial = system.mbs.systemData, exu.ConfigurationType.Initial
     as_built = data.GetODE2Coordinates(initial)
     data.SetODE2Coordinates((coordinate_transform(system) @ motion).tolist(), initial)

@@ -185,7 +185,7 @@ def drive_levels(
                 responses,
                 point,
                 reverse,
-            )  # fmt: skip
+            )
         )
     if progress is not None:
         progress("drive levels", len(factors), len(factors))
