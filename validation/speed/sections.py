@@ -31,6 +31,9 @@ FloatArray = NDArray[np.float64]
 DRAWN_MAPS, DRAWN_VIBRATIONS = 6, 3  # order maps of meshes, and of accelerations
 DRAWN_CHANNELS = 3  # of a witness, of forces and of accelerations
 LISTED_MARGINS = 12
+# Of the largest force or acceleration: less is the round-off of what symmetry keeps still.
+NOTHING = 1e-9
+STILL = ("–", "–", "kept still by symmetry", "–")
 NAMED = 4  # peaks named beside a natural frequency
 
 
@@ -263,6 +266,9 @@ def _bearings(result: SpeedResult, found: Speeds) -> Section:
         at, which = np.unravel_index(
             int(np.nanargmax(np.nan_to_num(found.bearing_peak[:, own]))), (len(found.rpm), len(own))
         )
+        if found.bearing_peak[at, own[which]] <= NOTHING * np.nanmax(found.bearing_peak):
+            rows.append((name, *STILL))
+            continue
         amplitudes = found.bearing[at, 1:, own[which]]
         line = int(np.argmax(amplitudes)) + 1
         rows.append(
@@ -297,6 +303,7 @@ def _accelerations(result: SpeedResult, found: Speeds) -> Section:
     dofs = result.turning.parts.dofs
     names = line_names(result.turning)
     columns = [_column(result, label) for label in result.responses]
+    loudest_anywhere = np.nanmax(np.abs(found.acceleration[:, 1:]))
     curves, maps, rows = {}, [], []
     for label, (column, factor) in zip(result.responses, columns, strict=True):
         lines = np.abs(factor) * np.abs(found.acceleration[:, 1:, column])
@@ -304,6 +311,9 @@ def _accelerations(result: SpeedResult, found: Speeds) -> Section:
         curves[label] = level
         maps.append(LineMap(label, result.turning.lines.orders[1:], names[1:], lines, "m/s²"))
         at = int(np.nanargmax(np.nan_to_num(level)))
+        if level[at] <= NOTHING * loudest_anywhere:
+            rows.append((label, *STILL))
+            continue
         line = int(np.argmax(lines[at]))
         rows.append(
             (

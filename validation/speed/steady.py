@@ -19,7 +19,7 @@ from fbs.periodic_extremes import extremes, waveform
 from fbs.periodic_springs import Lattice, PeriodicSpring, common_periods, lattice
 from fbs.second_order_system import SecondOrderSystem
 
-from .turning import BEYOND, Bearing, Turning, shown_lines
+from .turning import BEYOND, COMBINED, Bearing, Turning, shown_lines
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -54,7 +54,11 @@ class Task:
     def solve(self, shaft_frequency: FloatArray) -> PeriodicResponse:
         """The steady state with all lines that are solved for."""
         return steady_state(
-            self.system, self.springs, shaft_frequency, harmonics=self.harmonics + BEYOND
+            self.system,
+            self.springs,
+            shaft_frequency,
+            harmonics=self.harmonics + BEYOND,
+            combinations=COMBINED,
         )
 
     @cached_property
