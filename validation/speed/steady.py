@@ -29,6 +29,9 @@ BOUNDARY = "on the boundary of an instability: no steady state"
 # value is missed by less than ½ (π/24)² = 0.9 % of that line alone.
 PER_PERIOD = 24
 INSTANTS, LONG = 8192, 17.0  # where phases are independent, and periods from one to the next
+# Of each mesh frequency, of which instabilities are looked for: a trapezoid's twentieth has 1/400 of
+# the first one's width, and less than any damping that gears have.
+UNSTABLE_HARMONICS = 20
 TOGETHER = 10  # speeds whose forces are looked at together, which takes 2 MB each
 
 
@@ -260,7 +263,9 @@ def growth_rates(task: Task, shaft_frequency: FloatArray) -> FloatArray:
     if not groups:
         return np.full(len(shaft_frequency), np.nan)
     rates = [
-        stability(task.system, [varying[i] for i in group], shaft_frequency).growth_rate
+        stability(
+            task.system, [varying[i] for i in group], shaft_frequency, harmonics=UNSTABLE_HARMONICS
+        ).growth_rate
         for group in groups
     ]
     return np.asarray(np.max(rates, axis=0))
