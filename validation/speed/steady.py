@@ -29,8 +29,8 @@ BOUNDARY = "on the boundary of an instability: no steady state"
 # value is missed by less than ½ (π/24)² = 0.9 % of that line alone.
 PER_PERIOD = 24
 INSTANTS, LONG = 8192, 17.0  # where phases are independent, and periods from one to the next
-# Of each mesh frequency, of which instabilities are looked for: a trapezoid's twentieth has 1/400 of
-# the first one's width, and less than any damping that gears have.
+# Of each mesh frequency, of which instabilities are looked for: a trapezoid's twentieth has 1/400
+# of the first one's width, which any damping that gears have closes.
 UNSTABLE_HARMONICS = 20
 TOGETHER = 10  # speeds whose forces are looked at together, which takes 2 MB each
 
