@@ -14,6 +14,7 @@ FloatArray = NDArray[np.float64]
 MOTIONS = ("displacement", "velocity", "acceleration")
 QUANTITIES = (*MOTIONS, "mesh_forces", "contact", "energy", "work")
 PLAIN = ("energy", "work")  # one number a sample
+SMOOTH = (*MOTIONS, "mesh_forces")  # what a slower sampling folds back
 
 
 @dataclass(frozen=True)
