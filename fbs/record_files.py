@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 import os
 import re
-import tempfile
 import zipfile
 import zlib
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
 from .errors import FbsError
+from .files import written_whole
 from .frf import Quantity, as_quantity
 from .records import Record
 
@@ -50,21 +51,35 @@ def write_record(
     ------
     FbsError
         The ending is not known, or the record or the metadata do not fit into the format.
-    FileNotFoundError
-        There is no such folder.
+    OSError
+        As for `files.written_whole`; FileNotFoundError where there is no such folder.
     """
-    target = Path(path).resolve()
-    writer, _ = _format(target)
+    target = Path(path)
+    _format(target)
+    with written_whole(target) as file:
+        write_record_to(record, file, target, metadata)
+
+
+def write_record_to(
+    record: Record,
+    file: BinaryIO,
+    name: str | os.PathLike[str],
+    metadata: Metadata | None = None,
+) -> None:
+    """Write a record to an open file in the format of a name's ending; see `write_record`.
+
+    Raises
+    ------
+    FbsError
+        As for `write_record`.
+    """
+    writer, _ = _format(Path(name))
     notes = dict(metadata or {})
     try:
         json.dumps(notes, allow_nan=False)
     except (TypeError, ValueError) as error:
         raise FbsError(f"the metadata do not fit into JSON ({error})") from error
-    parent = target.parent.resolve(strict=True)
-    with tempfile.TemporaryDirectory(prefix=".record-", dir=parent) as folder:
-        whole = Path(folder, f"whole{target.suffix}")
-        writer(record, whole, notes)
-        os.replace(whole, target)
+    writer(record, file, notes)
 
 
 def read_record(path: str | os.PathLike[str]) -> tuple[Record, dict[str, Any]]:
@@ -88,9 +103,9 @@ def read_record(path: str | os.PathLike[str]) -> tuple[Record, dict[str, Any]]:
 # --- npz ---------------------------------------------------------------------------------------
 
 
-def _write_npz(record: Record, path: Path, metadata: Metadata) -> None:
+def _write_npz(record: Record, file: BinaryIO, metadata: Metadata) -> None:
     np.savez(
-        path,
+        file,
         sampling_frequency=np.array(record.sampling_frequency),
         inputs=record.inputs,
         outputs=record.outputs,
@@ -135,22 +150,23 @@ def _read_npz(path: Path) -> tuple[Record, dict[str, Any]]:
 # --- csv ---------------------------------------------------------------------------------------
 
 
-def _write_csv(record: Record, path: Path, metadata: Metadata) -> None:
+def _write_csv(record: Record, file: BinaryIO, metadata: Metadata) -> None:
     for label in (*record.excitations, *record.responses):
         if not label.isprintable():
             raise FbsError(f"label {label!r} is unprintable and would not survive in a CSV")
     unit = UNITS[record.quantity]
     header = ["time (s)", *(f"input {label} (N)" for label in record.excitations)]
     header += [f"output {label} ({unit})" for label in record.responses]
-    with path.open("w", newline="", encoding="utf-8") as file:
-        file.write(f"{RATE}{record.sampling_frequency!r}\n{METADATA}{json.dumps(metadata)}\n")
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(header)
-        for start in range(0, record.n_sample, ROWS):
-            rows = slice(start, start + ROWS)
-            inputs, outputs = record.inputs[rows], record.outputs[rows]
-            time = np.arange(start, start + len(inputs)) / record.sampling_frequency
-            writer.writerows(np.column_stack([time, inputs, outputs]).tolist())
+    text = io.TextIOWrapper(file, encoding="utf-8", newline="")
+    text.write(f"{RATE}{record.sampling_frequency!r}\n{METADATA}{json.dumps(metadata)}\n")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(header)
+    for start in range(0, record.n_sample, ROWS):
+        rows = slice(start, start + ROWS)
+        inputs, outputs = record.inputs[rows], record.outputs[rows]
+        time = np.arange(start, start + len(inputs)) / record.sampling_frequency
+        writer.writerows(np.column_stack([time, inputs, outputs]).tolist())
+    text.detach()
 
 
 def _read_csv(path: Path) -> tuple[Record, dict[str, Any]]:
@@ -250,10 +266,10 @@ def _notes(text: str) -> dict[str, Any]:
 # --- uff ---------------------------------------------------------------------------------------
 
 
-def _write_uff(record: Record, path: Path, metadata: Metadata) -> None:
+def _write_uff(record: Record, file: BinaryIO, metadata: Metadata) -> None:
     from .uff_records import write_uff_record
 
-    write_uff_record(record, path, metadata)
+    write_uff_record(record, file, metadata)
 
 
 def _read_uff(path: Path) -> tuple[Record, dict[str, Any]]:
@@ -262,7 +278,7 @@ def _read_uff(path: Path) -> tuple[Record, dict[str, Any]]:
     return read_uff_record(path)
 
 
-Writer = Callable[[Record, Path, Metadata], None]
+Writer = Callable[[Record, BinaryIO, Metadata], None]
 Reader = Callable[[Path], tuple[Record, dict[str, Any]]]
 FORMATS: Mapping[str, tuple[Writer, Reader]] = {
     ".npz": (_write_npz, _read_npz),

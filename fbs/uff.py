@@ -19,14 +19,16 @@ import re
 import tempfile
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
 from ._checks import ComplexArray, FloatArray
 from .errors import FbsError
+from .files import written_whole
 from .frf import Frf, Quantity, frequency_axis, require_same_frequency
 
 RESPONSE, EXCITATION = "response: ", "excitation: "
@@ -52,10 +54,9 @@ class UffError(FbsError):
 
 
 def write_uff(frf: Frf, path: str | os.PathLike[str]) -> None:
-    """Write an FRF as dataset 58, one function per pair of response and excitation.
+    """Write an FRF to a file as dataset 58; see `write_uff_to`.
 
-    The file appears complete or not at all. Values keep twelve digits. The axis is written evenly
-    spaced if its start and step have at most six digits, else line by line if all lines have.
+    The file appears complete or not at all.
 
     Parameters
     ----------
@@ -66,26 +67,41 @@ def write_uff(frf: Frf, path: str | os.PathLike[str]) -> None:
     Raises
     ------
     UffError
-        Frequencies of more than six digits, fewer than two lines, or labels that do not fit.
-    FileNotFoundError
-        There is no such folder.
+        As for `write_uff_to`.
+    OSError
+        As for `files.written_whole`; FileNotFoundError where there is no such folder.
     """
-    target = Path(path).resolve()
+    with written_whole(path) as file:
+        write_uff_to(frf, file)
+
+
+def write_uff_to(frf: Frf, file: BinaryIO) -> None:
+    """Write an FRF as dataset 58, one function per pair of response and excitation.
+
+    Values keep twelve digits. The axis is written evenly spaced if its start and step have at most
+    six digits, else line by line if all lines have.
+
+    Parameters
+    ----------
+    frf : Frf
+    file : binary file, open
+
+    Raises
+    ------
+    UffError
+        Frequencies of more than six digits, fewer than two lines, or labels that do not fit.
+    """
     spacing = _spacing(frf.frequency)
     labels = dict.fromkeys(frf.responses + frf.excitations)
     for label in labels:
         refuse_unfit_label(label)
     nodes = {label: number for number, label in enumerate(labels, start=1)}
-    parent = target.parent.resolve(strict=True)
-    with tempfile.TemporaryDirectory(prefix=".uff-", dir=parent) as folder:
-        whole, part = Path(folder, "whole"), Path(folder, "part")
-        # pyuff reads the file again after every dataset: each goes to a small file of its own
-        with whole.open("wb") as out:
-            out.write(as_bytes(si_units(), part))
-            for excitation in frf.excitations:
-                for response in frf.responses:
-                    out.write(as_bytes(_function(frf, response, excitation, nodes, spacing), part))
-        os.replace(whole, target)
+    functions = (
+        _function(frf, response, excitation, nodes, spacing)
+        for excitation in frf.excitations
+        for response in frf.responses
+    )
+    write_datasets(chain([si_units()], functions), file)
 
 
 def read_uff(path: str | os.PathLike[str]) -> Frf:
@@ -140,14 +156,17 @@ class _PyuffErrors:
 # --- writing -----------------------------------------------------------------------------------
 
 
-def as_bytes(dataset: dict[str, Any], scratch: Path) -> bytes:
-    """Return a dataset as it stands in a file, written by pyuff."""
+def write_datasets(datasets: Iterable[dict[str, Any]], file: BinaryIO) -> None:
+    """Write datasets by pyuff, which reads a file again after every one: each to a small one."""
     import pyuff
 
-    # 'overwrite' is safe in ASCII only: in binary pyuff writes the data over the header
-    with _PyuffErrors("the universal file could not be written"):
-        pyuff.UFF(str(scratch)).write_sets(dataset, mode="overwrite")
-    return scratch.read_bytes()
+    with tempfile.TemporaryDirectory(prefix="uff-") as folder:
+        scratch = Path(folder, "dataset")
+        for dataset in datasets:
+            # 'overwrite' is safe in ASCII only: in binary pyuff writes the data over the header
+            with _PyuffErrors("the universal file could not be written"):
+                pyuff.UFF(str(scratch)).write_sets(dataset, mode="overwrite")
+            file.write(scratch.read_bytes())
 
 
 def si_units() -> dict[str, Any]:

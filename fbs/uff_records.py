@@ -11,11 +11,10 @@ hold the metadata as JSON. Files from others have no such lines: labels are then
 from __future__ import annotations
 
 import json
-import os
-import tempfile
 from collections.abc import Iterator, Mapping
+from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
@@ -33,7 +32,6 @@ from .uff import (
     SPELLINGS,
     UNITS,
     UffError,
-    as_bytes,
     dof_label,
     read_functions,
     refuse_foreign_unit,
@@ -41,14 +39,15 @@ from .uff import (
     si_units,
     six_digits,
     what_is_there,
+    write_datasets,
 )
 
 TIME_RESPONSE, TIME = 1, 17
 METADATA_LINES = ("id2", "id3", "id5")
 
 
-def write_uff_record(record: Record, path: Path, metadata: Mapping[str, Any]) -> None:
-    """Write a record to `path`, which is replaced whole.
+def write_uff_record(record: Record, file: BinaryIO, metadata: Mapping[str, Any]) -> None:
+    """Write a record to an open file.
 
     Raises
     ------
@@ -67,13 +66,8 @@ def write_uff_record(record: Record, path: Path, metadata: Mapping[str, Any]) ->
     notes = _id_lines(metadata)
     for label in (*record.excitations, *record.responses):
         refuse_unfit_label(label)
-    with tempfile.TemporaryDirectory(prefix=".uff-", dir=path.parent) as folder:
-        whole, part = Path(folder, "whole"), Path(folder, "part")
-        with whole.open("wb") as out:
-            out.write(as_bytes(si_units(), part))
-            for function in _functions(record):
-                out.write(as_bytes(function | notes, part))
-        os.replace(whole, path)
+    functions = (function | notes for function in _functions(record))
+    write_datasets(chain([si_units()], functions), file)
 
 
 def read_uff_record(path: Path) -> tuple[Record, dict[str, Any]]:

@@ -6,9 +6,9 @@ file, the place in it, the key, its value and what is allowed.
 
 from __future__ import annotations
 
-import os
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -120,18 +120,27 @@ def dumps(drivetrain: Drivetrain) -> str:
 
 
 def write_new(path: str | Path, text: str) -> None:
-    """Write a new file, whole or not at all; an existing one is refused."""
+    """Write a new file; an existing one is refused, and so is a link of its name."""
     path = Path(path)
-    if path.exists():
-        raise ModelError(f"{path}: exists already and is not overwritten; give another name")
-    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
     try:
-        partial.write_text(text, encoding="utf-8")
-        partial.rename(path)
+        file = path.open("x", encoding="utf-8")
+        with _removed_unless_written(path), file:
+            file.write(text)
+    except FileExistsError as error:
+        raise ModelError(
+            f"{path}: exists already and is not overwritten; give another name"
+        ) from error
     except OSError as error:
         raise ModelError(f"{path}: cannot be written: {error.strerror}") from error
-    finally:
-        partial.unlink(missing_ok=True)
+
+
+@contextmanager
+def _removed_unless_written(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except BaseException:
+        path.unlink()
+        raise
 
 
 def _read(path: Path) -> str:

@@ -94,13 +94,12 @@ def run(
     screen.warn(drivetrain.warnings())
     for replacement in replaced:
         screen.warn(replacement.warnings)
-    from .report.files import make_directory
+    from .output_folder import held
 
-    make_directory(out)
-    from .cross_check import cross_check  # takes its time to load: bad input is told before
-    from .report import write_report
+    with held(out, ("report.html", "results.json")), screen.progress() as progress:
+        from .cross_check import cross_check  # takes its time to load: bad input is told before
+        from .report import write_report
 
-    with screen.progress() as progress:
         result = cross_check(
             drivetrain,
             lines,
@@ -221,15 +220,12 @@ def paper(
 
     tolerance_db = paper_input.decibels("--tolerance", tolerance)
     item = None if only is None else paper_input.item("--only", only)
-    from .report.files import make_directory
+    from .output_folder import held
 
-    make_directory(out)
-    from .paper import paper_study
-    from .paper_agreement import route_checks
-    from .paper_screen import paper_verdicts
-    from .report.paper_report import write_paper_report
+    with held(out, ("paper.html", "paper.json")), screen.progress() as progress:
+        from .paper import paper_study  # takes its time to load: bad input is told before
+        from .report.paper_report import write_paper_report
 
-    with screen.progress() as progress:
         study = paper_study(
             item,
             tolerance_db=tolerance_db,
@@ -238,6 +234,9 @@ def paper(
         progress("writing the report", 0, 1)
         html, data = write_paper_report(study, out)
         progress("writing the report", 1, 1)
+    from .paper_agreement import route_checks
+    from .paper_screen import paper_verdicts
+
     checks = route_checks(study)
     paper_verdicts(study, checks)
     print(f"Report: {html}\nResults: {data}")

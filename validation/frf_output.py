@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import csv
-import os
+import io
 import shutil
-import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fbs import Frf, Quantity
+from fbs.files import require_writable, written_whole
 from fbs.uff import UNITS as RESPONSE_UNITS
 
 from .errors import CommandError
+from .output_folder import telling
 
 UNITS = {Quantity.RECEPTANCE: "m/N", Quantity.MOBILITY: "m/(N s)", Quantity.ACCELERANCE: "m/(N s²)"}
 CSV_ROWS = 1000  # as Python has them, at a time: numbers of which take four times those of numpy
@@ -37,14 +38,8 @@ def check_target(path: Path) -> None:
             f"--output = {path}: the ending {path.suffix or '(none)'} is not known; allowed: "
             f"{', '.join(WRITERS)}"
         )
-    with _telling(path):
-        if path.is_dir():
-            raise CommandError(f"--output = {path}: is a directory; give a file")
-        if not path.resolve().parent.is_dir():
-            raise CommandError(f"--output = {path}: the directory does not exist")
-        with suppress(FileNotFoundError):
-            path.lstat()  # refuses a name that is too long
-        _temporary(path).unlink()
+    with telling(f"--output = {path}"):
+        require_writable(path)
 
 
 def is_picture(path: Path) -> bool:
@@ -54,36 +49,14 @@ def is_picture(path: Path) -> bool:
 
 def write(frf: Frf, path: Path, title: str) -> None:
     """Write an FRF by the file's ending; an existing file is replaced whole or not at all."""
-    with _telling(path):
-        temporary = _temporary(path)
-        try:
-            WRITERS[path.suffix.lower()](frf, temporary, title)
-            temporary.chmod(0o644)
-            os.replace(temporary, path)
-        finally:
-            temporary.unlink(missing_ok=True)
+    ending = path.suffix.lower()
+    with telling(f"--output = {path}"), written_whole(path) as file:
+        WRITERS[ending](frf, file, ending, title)
 
 
-@contextmanager
-def _telling(path: Path) -> Iterator[None]:
-    """Say in one message that a file cannot be written, and why."""
-    try:
-        yield
-    except OSError as error:
-        why = error.strerror or str(error)
-        raise CommandError(f"--output = {path}: cannot be written: {why}") from error
-
-
-def _temporary(path: Path) -> Path:
-    """An empty file beside the one to be written; its ending in small letters, as numpy's are."""
-    handle, name = tempfile.mkstemp(suffix=path.suffix.lower(), dir=path.resolve().parent)
-    os.close(handle)
-    return Path(name)
-
-
-def _write_npz(frf: Frf, path: Path, title: str) -> None:
+def _write_npz(frf: Frf, file: BinaryIO, ending: str, title: str) -> None:
     np.savez_compressed(
-        path,
+        file,
         frequency=frf.frequency,
         values=frf.values,
         responses=np.array(frf.responses),
@@ -92,7 +65,7 @@ def _write_npz(frf: Frf, path: Path, title: str) -> None:
     )
 
 
-def _write_csv(frf: Frf, path: Path, title: str) -> None:
+def _write_csv(frf: Frf, file: BinaryIO, ending: str, title: str) -> None:
     unit = f"{RESPONSE_UNITS[frf.quantity]}/N"
     header = ["frequency_hz"]
     columns = [frf.frequency]
@@ -100,21 +73,22 @@ def _write_csv(frf: Frf, path: Path, title: str) -> None:
         name = f"{frf.quantity} {response} <- {excitation} ({unit})"
         header += [f"re {name}", f"im {name}"]
         columns += [values.real, values.imag]
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(header)
-        for start in range(0, len(frf.frequency), CSV_ROWS):
-            rows = [column[start : start + CSV_ROWS] for column in columns]
-            writer.writerows(np.column_stack(rows).tolist())
+    text = io.TextIOWrapper(file, encoding="utf-8", newline="")
+    writer = csv.writer(text)
+    writer.writerow(header)
+    for start in range(0, len(frf.frequency), CSV_ROWS):
+        rows = [column[start : start + CSV_ROWS] for column in columns]
+        writer.writerows(np.column_stack(rows).tolist())
+    text.detach()
 
 
-def _write_uff(frf: Frf, path: Path, title: str) -> None:
-    from fbs.uff import write_uff
+def _write_uff(frf: Frf, file: BinaryIO, ending: str, title: str) -> None:
+    from fbs.uff import write_uff_to
 
-    write_uff(frf, path)
+    write_uff_to(frf, file)
 
 
-def _write_picture(frf: Frf, path: Path, title: str) -> None:
+def _write_picture(frf: Frf, file: BinaryIO, ending: str, title: str) -> None:
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(9.0, 6.0), layout="constrained")
@@ -128,10 +102,10 @@ def _write_picture(frf: Frf, path: Path, title: str) -> None:
     phase.set(xlabel="frequency, Hz", ylabel="phase, °", yticks=(-180, -90, 0, 90, 180))
     for axes in (magnitude, phase):
         axes.grid(alpha=0.3)
-    figure.savefig(path)
+    figure.savefig(file, format=ending.removeprefix("."))
 
 
-WRITERS: Mapping[str, Callable[[Frf, Path, str], None]] = {
+WRITERS: Mapping[str, Callable[[Frf, BinaryIO, str, str], None]] = {
     ".npz": _write_npz,
     ".csv": _write_csv,
     ".uff": _write_uff,

@@ -3,18 +3,22 @@
 A directory holds ``run.json`` (what is run, and its fingerprint), one ``.npy`` per array, named
 ``.npy.part`` until the run is finished, and ``checkpoint.npz``: how many samples are good, and the
 state from which the next piece starts. The checkpoint is replaced when a piece's samples are on the
-disk; what stands behind it in the arrays is written again.
+disk; what stands behind it in the arrays is written again. Files that are replaced are written
+beside their places under names nobody can guess.
 """
 
 from __future__ import annotations
 
 import json
 import os
+import re
+import secrets
 import shutil
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, BinaryIO, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +34,7 @@ State = tuple[FloatArray, ...]
 MEMORY_LIMIT = 2**30  # bytes of a record kept in memory
 FORMAT = 1
 RUN, CHECKPOINT = "run.json", "checkpoint.npz"
+PARTIAL = re.compile(r"\.[0-9a-f]{16}\.partial")  # what a process that was killed leaves
 
 
 @dataclass(frozen=True)
@@ -121,6 +126,11 @@ class DirectoryStore:
                 )
         else:
             self._begin()
+        if not (directory / CHECKPOINT).exists():  # nor need the arrays be, of a run just begun
+            for what, shape in description.shapes().items():
+                if not self._part(what).exists():
+                    with _whole(self._part(what)) as file:
+                        _write_npy_header(file, shape)
 
     def checkpoint(self) -> Checkpoint | None:
         """How far the run in the directory has come."""
@@ -169,8 +179,8 @@ class DirectoryStore:
         return read_run(self.directory)
 
     def _begin(self) -> None:
-        for name in (CHECKPOINT, *(f"{what}.npy" for what in self.description.shapes())):
-            if (self.directory / name).exists():
+        for name in (CHECKPOINT, *_array_files(self.description.shapes())):
+            if os.path.lexists(self.directory / name):
                 raise ModelError(
                     f"{self.directory / name}: is there without a {RUN}; name another directory"
                 )
@@ -181,29 +191,21 @@ class DirectoryStore:
                 f"{self.directory}: the record takes {size / 2**30:.3g} GiB, "
                 f"{room / 2**30:.3g} GiB are free"
             )
-        for what, shape in self.description.shapes().items():
-            with self._part(what).open("wb") as file:
-                _write_npy_header(file, shape)
         self._write_header({})
 
     def _write_header(self, result: Mapping[str, Any]) -> None:
         header = {"format": FORMAT, "fingerprint": self._digest, "run": asdict(self.description)}
         text = json.dumps(header | {"result": dict(result)}, indent=2, ensure_ascii=False)
-        temporary = self.directory / f"{RUN}.tmp"
-        temporary.write_text(text, encoding="utf-8")
-        temporary.replace(self.directory / RUN)
+        with _whole(self.directory / RUN) as file:
+            file.write(text.encode())
 
     def _save_checkpoint(self, checkpoint: Checkpoint) -> None:
-        temporary = self.directory / f"{CHECKPOINT}.tmp"
         arrays: dict[str, Any] = {"samples": np.array(checkpoint.samples)}
         arrays |= {f"state{i}": part for i, part in enumerate(checkpoint.state)}
         arrays |= {f"above {what}": value for what, value in checkpoint.folded.above.items()}
         arrays |= {f"total {what}": value for what, value in checkpoint.folded.total.items()}
-        with temporary.open("wb") as file:
+        with _whole(self.directory / CHECKPOINT) as file:
             np.savez(file, **arrays)
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.replace(self.directory / CHECKPOINT)
 
     def _part(self, what: str) -> Path:
         return self.directory / f"{what}.npy.part"
@@ -251,14 +253,44 @@ def read_run(directory: Path, first: int = 0, last: int | None = None) -> Transi
     header = _read_header(directory)
     if not header["result"]:
         raise ModelError(f"{directory}: the run is not finished; run it again to resume it")
-    run = header["run"]
-    names = {key: tuple(run[key]) for key in ("labels", "excitations", "meshes", "recorded")}
-    description = RunDescription(**(run | names | {"integrator": Integrator(**run["integrator"])}))
+    description = _description(header)
     begin, end, _ = slice(first, last).indices(description.samples)
     arrays = {what: _mapped(directory / f"{what}.npy", begin, end) for what in description.shapes()}
     result = header["result"]
     record = as_record(description, arrays, result["aliasing"], tuple(result["warnings"]))
     return replace(record, start=begin / description.sampling_frequency)
+
+
+def remove_run(directory: Path) -> None:
+    """Remove the files of a run, and its directory if nothing else is in it."""
+    if not directory.is_dir():
+        return
+    if (directory / RUN).exists():
+        arrays = _array_files(_description(_read_header(directory)).shapes())
+        left = [path.name for path in directory.iterdir() if PARTIAL.fullmatch(path.name)]
+        for name in (CHECKPOINT, *arrays, *left, RUN):  # what is left at any instant is a run begun
+            (directory / name).unlink(missing_ok=True)
+    if not any(directory.iterdir()):
+        directory.rmdir()
+
+
+@contextmanager
+def _whole(path: Path) -> Iterator[BinaryIO]:
+    """A new file that takes the path's place once all of it is on the disk."""
+    partial = path.with_name(f".{secrets.token_hex(8)}.partial")
+    try:
+        with partial.open("xb") as file:
+            yield file
+            file.flush()
+            os.fsync(file.fileno())
+        partial.replace(path)
+    finally:
+        with suppress(OSError):  # gone to its place; else the first error is the telling one
+            partial.unlink()
+
+
+def _array_files(shapes: Mapping[str, tuple[int, ...]]) -> list[str]:
+    return [f"{what}{ending}" for what in shapes for ending in (".npy", ".npy.part")]
 
 
 def _mapped(path: Path, first: int, last: int) -> FloatArray:
@@ -283,6 +315,12 @@ def _read_header(directory: Path) -> dict[str, Any]:
     except (OSError, ValueError, KeyError, TypeError):
         pass
     raise ModelError(f"{path}: is not a run's description; name another directory")
+
+
+def _description(header: Mapping[str, Any]) -> RunDescription:
+    run = header["run"]
+    names = {key: tuple(run[key]) for key in ("labels", "excitations", "meshes", "recorded")}
+    return RunDescription(**(run | names | {"integrator": Integrator(**run["integrator"])}))
 
 
 def _write_npy_header(file: Any, shape: tuple[int, ...]) -> None:

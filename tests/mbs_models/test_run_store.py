@@ -15,7 +15,7 @@ from mbs_models.errors import ModelError
 from mbs_models.excitation import Excitation
 from mbs_models.integration.fingerprint import fingerprint
 from mbs_models.integration.integrators import RK44, TRAPEZOIDAL, Integrator
-from mbs_models.integration.run_store import read_run
+from mbs_models.integration.run_store import read_run, remove_run
 from mbs_models.integration.transient_record import QUANTITIES, TransientRecord
 from mbs_models.meshing.mesh_excitation import MeshLaw
 from mbs_models.meshing.waveforms import FourierSeries
@@ -86,8 +86,39 @@ def test_what_was_written_after_the_checkpoint_is_written_again(tmp_path: Path) 
     part = tmp_path / "displacement.npy.part"
     with part.open("ab") as file:
         file.write(b"half a piece")
-    (tmp_path / "checkpoint.npz.tmp").write_bytes(b"half a checkpoint")
+    (tmp_path / f".{'0' * 16}.partial").write_bytes(b"half a checkpoint")
     np.testing.assert_array_equal(run(tmp_path).displacement, whole.displacement)
+
+
+def test_a_run_stopped_before_it_had_its_arrays_begins_again(tmp_path: Path) -> None:
+    whole = run(None)
+    interrupted(tmp_path, 0)
+    (tmp_path / "displacement.npy.part").unlink()
+    (tmp_path / "checkpoint.npz").unlink(missing_ok=True)
+    np.testing.assert_array_equal(run(tmp_path).displacement, whole.displacement)
+
+
+@pytest.mark.parametrize("finished", [True, False])
+def test_only_files_of_the_run_are_removed(finished: bool, tmp_path: Path) -> None:
+    run(tmp_path) if finished else interrupted(tmp_path, 900)
+    (tmp_path / f".{'0' * 16}.partial").write_bytes(b"half a checkpoint")
+    (tmp_path / "photo.npy").write_bytes(b"mine")
+    remove_run(tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["photo.npy"]
+    (tmp_path / "photo.npy").unlink()
+    remove_run(tmp_path)
+    assert not tmp_path.exists()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="making links takes rights there")
+@pytest.mark.parametrize("name", ["checkpoint.npz", "velocity.npy", "velocity.npy.part"])
+def test_a_link_in_a_new_directory_is_not_followed(name: str, tmp_path: Path) -> None:
+    store, outside = tmp_path / "run", tmp_path / "outside"
+    store.mkdir()
+    (store / name).symlink_to(outside)
+    with pytest.raises(ModelError, match=rf"{name}: is there without a run\.json"):
+        run(store)
+    assert not outside.exists()
 
 
 def test_a_finished_run_is_read_not_run_again(tmp_path: Path) -> None:

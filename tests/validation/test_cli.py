@@ -178,7 +178,7 @@ def test_an_output_that_cannot_be_written_is_told_first(
         def refused(*_: object, **__: object) -> None:
             raise OSError(number, os.strerror(number))
 
-        monkeypatch.setattr("tempfile.mkstemp", refused)
+        monkeypatch.setattr("fbs.files._beside", refused)
 
     def computed(*_: object) -> None:
         raise AssertionError("computed before the file was looked at")

@@ -312,7 +312,7 @@ def test_earlier_files_stay_where_new_ones_cannot_be_written(
 ) -> None:
     (tmp_path / "paper.html").write_text("earlier", encoding="utf-8")
     (tmp_path / "paper.json").mkdir()
-    with pytest.raises(CommandError, match=r"paper\.json: is a directory"):
+    with pytest.raises(CommandError, match=r"paper\.json: cannot be written: it is a directory"):
         write_paper_report(replace(study, figures=()), tmp_path)
     assert (tmp_path / "paper.html").read_text(encoding="utf-8") == "earlier"
     assert sorted(p.name for p in tmp_path.iterdir()) == ["paper.html", "paper.json"]

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from html import unescape
 from html.parser import HTMLParser
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 import pytest
 
+from fbs.files import written_whole
 from mbs_models.model_file import dumps, load, loads
 from mbs_models.parameters import Drivetrain, ParallelStage
 from validation import equations
@@ -301,15 +304,15 @@ def test_a_full_disk_leaves_the_old_report(
     agreeing: CrossCheck, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "report.html").write_text("old")
-    write_text = Path.write_text
 
-    def fill(path: Path, text: str, encoding: str) -> int:
-        if "results.json" in path.name:
-            write_text(path, text[:100], encoding=encoding)
-            raise OSError(28, "No space left on device")
-        return write_text(path, text, encoding=encoding)
+    @contextmanager
+    def filling(path: Path) -> Iterator[BinaryIO]:
+        with written_whole(path) as file:
+            yield file
+            if path.name == "results.json":
+                raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(Path, "write_text", fill)
+    monkeypatch.setattr("validation.output_folder.written_whole", filling)
     monkeypatch.setattr("validation.report.report_html", lambda *_: "new")
     with pytest.raises(ReportError, match="cannot be written: No space left on device"):
         write_report(agreeing, tmp_path)
@@ -334,7 +337,7 @@ def test_a_directory_is_no_file(
     monkeypatch.setattr("validation.report.report_html", lambda *_: "new")
     monkeypatch.setattr("validation.report.results_text", lambda *_: "new")
     (tmp_path / "results.json").mkdir()
-    with pytest.raises(ReportError, match=r"results\.json: is a directory"):
+    with pytest.raises(ReportError, match=r"results\.json: cannot be written: it is a directory"):
         write_report(agreeing, tmp_path)
     assert [p.name for p in tmp_path.iterdir()] == ["results.json"]
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ..output_folder import ReportError, write_together
 from ..results import CrossCheck
-from .files import ReportError, write_together
 from .html import report_html
 from .provenance import provenance
 from .results_json import results_text

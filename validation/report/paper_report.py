@@ -15,11 +15,11 @@ from pathlib import Path
 from mbs_models.model_file import dumps
 from mbs_models.parameters import Drivetrain
 
+from ..output_folder import write_together
 from ..paper import PaperStudy, RowVerdict, Verdict, to_json
 from ..paper.model import parameter_sets
 from ..paper.results import Figure
 from ..paper_agreement import route_checks
-from .files import write_together
 from .html import environment
 from .paper_figures import DECADES, draw
 from .paper_tables import (

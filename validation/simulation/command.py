@@ -13,14 +13,14 @@ from mbs_models.time_integration import SimulationError
 from .. import screen
 from ..errors import CommandError
 from ..interruption import on_interrupt
-from ..report.files import make_directory
+from ..output_folder import WORK, held
 from .output import FORMATS, remove_pieces, write_simulation
 from .requested import excitations_asked, levels_asked
 from .results import Request, Simulation
 from .run import PlannedRun
 from .screen import findings
 
-PIECES = "pieces"  # the folder of an unfinished run
+PIECES = "simulate"  # in the private folder, of an unfinished run
 
 
 @dataclass(frozen=True)
@@ -77,13 +77,14 @@ def carry_out(options: Options) -> Simulation:
         levels=levels_asked(options.levels),
         reverse=options.reverse,
     )
-    store = options.out / PIECES
+    store = options.out / WORK / PIECES
+    names = ("simulation.html", "simulation.json", *(f"record.{name}" for name in options.save))
     with screen.progress() as progress:
         planned = PlannedRun(drivetrain, request, store, progress)
-        make_directory(options.out)
-        with on_interrupt(
+        kept = (
             f"what has been run is kept in {options.out}, and the same command goes on from there"
-        ):
+        )
+        with held(options.out, names), on_interrupt(kept):
             try:
                 found = planned.simulation()
                 progress("writing the report", 0, 1)
@@ -91,7 +92,7 @@ def carry_out(options: Options) -> Simulation:
             except SimulationError:  # it would end the same way again
                 remove_pieces(store)
                 raise
-        remove_pieces(store)
+            remove_pieces(store)
         progress("writing the report", 1, 1)
     screen.warn(found.warnings)
     findings(found)

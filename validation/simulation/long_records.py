@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -30,7 +31,7 @@ def channels(samples: FloatArray, columns: Sequence[int], scratch: Path | None) 
     columns
         Which.
     scratch
-        A file to copy to, where the copy is large; None: memory.
+        Where there is room for a large copy, in a file without a name; None: memory.
 
     Raises
     ------
@@ -94,10 +95,11 @@ def _room(shape: tuple[int, int], scratch: Path | None) -> FloatArray:
     size = 8 * shape[0] * shape[1]
     if scratch is None or size <= IN_MEMORY:
         return np.empty(shape)
-    free = shutil.disk_usage(scratch.parent).free
+    free = shutil.disk_usage(scratch).free
     if size > free:
         raise ModelError(
             f"{scratch}: the channels compared take {size / 2**30:.3g} GiB, {free / 2**30:.3g} "
             "GiB are free"
         )
-    return np.memmap(scratch, float, "w+", shape=shape)
+    with tempfile.TemporaryFile(dir=scratch) as file:
+        return np.memmap(file, float, "w+", shape=shape)

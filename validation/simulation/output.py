@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import json
 import math
-import shutil
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
 from fbs import Quantity, Record
-from fbs.record_files import write_record
+from fbs.record_files import write_record_to
+from mbs_models.integration.run_store import remove_run
 from mbs_models.model_file import dumps
 
 from ..judged import percent
+from ..output_folder import Writer, write_together
 from ..report.digits import rounded
-from ..report.files import write_together
 from ..report.html import environment
 from ..report.provenance import Provenance, provenance
 from ..results import Check
@@ -25,6 +25,7 @@ from .estimates import EstimatedFrfs
 from .gear_run import GearRun
 from .in_words import in_words
 from .results import Simulation
+from .run import BACKWARD, FORWARD
 from .sections import sections
 
 FORMATS = ("npz", "csv", "uff")
@@ -53,19 +54,23 @@ def write_simulation(found: Simulation, directory: Path, formats: Sequence[str])
         A file cannot be written there, or the record does not fit a format.
     """
     made = provenance()
-    records = []
-    for name in dict.fromkeys(formats):
-        target = directory / f"record.{name}"
-        metadata = _metadata(found, made)
-        if name == "uff":  # which has room for 240 characters
-            metadata = {key: metadata[key] for key in ("date", "exudyn")}
-        write_record(accelerations(found), target, metadata)
-        records.append(target)
-    texts = {
+    contents: dict[str, str | Writer] = {
         "simulation.html": simulation_html(found, made),
         "simulation.json": json.dumps(simulation_document(found, made), ensure_ascii=False) + "\n",
+        **{f"record.{name}": _record_writer(found, made, f"record.{name}") for name in formats},
     }
-    return [*write_together(directory, texts), *records]
+    return list(write_together(directory, contents))
+
+
+def _record_writer(found: Simulation, made: Provenance, name: str) -> Writer:
+    metadata = _metadata(found, made)
+    if name.endswith("uff"):  # which has room for 240 characters
+        metadata = {key: metadata[key] for key in ("date", "exudyn")}
+
+    def write(file: BinaryIO) -> None:
+        write_record_to(accelerations(found), file, name, metadata)
+
+    return write
 
 
 def accelerations(found: Simulation) -> Record:
@@ -288,6 +293,9 @@ def _gears(found: Simulation) -> dict[str, Any] | None:
     }
 
 
-def remove_pieces(directory: Path) -> None:
-    """Remove the folder of a run that is finished and reported."""
-    shutil.rmtree(directory)
+def remove_pieces(store: Path) -> None:
+    """Remove what is kept of a run that is finished and reported, and nothing else."""
+    for direction in (FORWARD, BACKWARD):
+        remove_run(store / direction)
+    if store.exists() and not any(store.iterdir()):
+        store.rmdir()

@@ -224,16 +224,13 @@ class PlannedRun:
         forward = getattr(record, RECORDED[what])[first:]
         share = None
         if backward is None:
-            motion = channels(forward, columns, self._scratch(RECORDED[what]))
+            motion = channels(forward, columns, self.store)
         else:
             reverse = getattr(backward, RECORDED[what])[first:]
-            motion, share = odd_channels(forward, reverse, columns, self._scratch(RECORDED[what]))
+            motion, share = odd_channels(forward, reverse, columns, self.store)
         rows = [record.excitations.index(dof) for dof in inputs]
-        forces = channels(record.forces[first:], rows, self._scratch("forces"))
+        forces = channels(record.forces[first:], rows, self.store)
         return Record(record.sampling_frequency, forces, motion, inputs, outputs, quantity), share
-
-    def _scratch(self, name: str) -> Path | None:
-        return self.store and self.store / f"{name}.channels"
 
     def _levels(self, factors: tuple[float, ...]) -> DriveLevels:
         return drive_levels(

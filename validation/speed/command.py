@@ -11,9 +11,9 @@ from .. import screen
 from ..executors import check as check_executor
 from ..executors import opened
 from ..interruption import on_interrupt
-from ..report.files import make_directory
+from ..output_folder import held
 from ..time_domain import with_damping
-from .output import publish
+from .output import FILES, publish
 from .plan import SpeedPlan, plan
 from .screen import findings
 from .study import SpeedResult, processes_worth, run
@@ -49,8 +49,7 @@ def run_command(options: Options) -> SpeedResult:
     """
     check_executor(options.executor, options.workers)
     asked = _plan(options)
-    make_directory(options.out)
-    with on_interrupt("nothing was written"):
+    with held(options.out, FILES), on_interrupt("nothing was written"):
         worth = processes_worth(asked)
         with (
             opened(options.executor, options.workers, worth) as crew,

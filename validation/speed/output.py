@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import json
 import math
-import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mbs_models.model_file import dumps
 
+from ..output_folder import Writer, write_together
 from ..report.digits import SIGNIFICANT_DIGITS, engineering, rounded
-from ..report.files import ReportError, write_together
 from ..report.html import environment
 from ..report.provenance import Provenance, provenance
 from .findings import SpeedRange, family_heights
@@ -26,6 +25,7 @@ from .study import SpeedResult
 from .words import conclusions, peak_energy, verdict
 
 SCHEMA_VERSION = 1
+FILES = ("speed.html", "speed.json", "speed.npz")
 
 
 def publish(result: SpeedResult, directory: Path) -> tuple[Path, ...]:
@@ -37,17 +37,16 @@ def publish(result: SpeedResult, directory: Path) -> tuple[Path, ...]:
         A file cannot be written there.
     """
     made = provenance()
-    texts = {
-        "speed.html": speed_html(result, made),
-        "speed.json": json.dumps(speed_document(result, made), ensure_ascii=False) + "\n",
-    }
-    written = write_together(directory, texts)
-    if result.found is None:
-        return written
-    return (*written, _write_arrays(result, result.found, directory / "speed.npz"))
+    contents: list[str | Writer] = [
+        speed_html(result, made),
+        json.dumps(speed_document(result, made), ensure_ascii=False) + "\n",
+    ]
+    if (found := result.found) is not None:
+        contents.append(lambda file: _write_arrays(result, found, file))
+    return write_together(directory, dict(zip(FILES, contents, strict=False)))
 
 
-def _write_arrays(result: SpeedResult, found: Speeds, path: Path) -> Path:
+def _write_arrays(result: SpeedResult, found: Speeds, file: BinaryIO) -> None:
     """Every line at every speed; amplitudes are complex, Re x exp(jωt)."""
     turning = result.turning
     arrays: dict[str, NDArray[Any]] = {
@@ -68,15 +67,7 @@ def _write_arrays(result: SpeedResult, found: Speeds, path: Path) -> Path:
         "acceleration_m_s2": found.acceleration,
         "growth_rate_1_s": found.growth,
     }
-    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
-    try:
-        with partial.open("wb") as file:
-            np.savez_compressed(file, allow_pickle=False, **arrays)
-        partial.replace(path)
-    except OSError as error:
-        partial.unlink(missing_ok=True)
-        raise ReportError(f"{path}: cannot be written: {error.strerror}") from error
-    return path
+    np.savez_compressed(file, allow_pickle=False, **arrays)
 
 
 def speed_html(result: SpeedResult, made: Provenance) -> str:

@@ -10,9 +10,10 @@ from .. import screen
 from ..errors import CommandError
 from ..executors import opened
 from ..interruption import on_interrupt
+from ..output_folder import held
 from ..report.provenance import provenance
 from .figures import pictures
-from .output import Pieces, Sweep, make_directory, write_sweep
+from .output import MAGNITUDE, RESULTS, Pieces, Sweep, write_sweep
 from .parameters import Design
 from .report import sweep_html
 from .run import processes_worth, sweep
@@ -54,9 +55,9 @@ def carry_out(
     Interrupted
         By Ctrl-C; the same command goes on from the pieces computed.
     """
-    make_directory(out)
-    pieces = Pieces.of(task, design.samples, out, streamed=streamed)
-    with on_interrupt(f"the same command goes on from {out}"):
+    names = (*RESULTS, *((MAGNITUDE,) if streamed else ()))
+    with held(out, names) as work, on_interrupt(f"the same command goes on from {out}"):
+        pieces = Pieces.of(task, design.samples, work, streamed=streamed)
         outcome = _outcome(task, design, pieces, workers, executor, streamed=streamed)
         result = Sweep(drivetrain.name, task, design, outcome)
         failed = failures(result, MOST_FAILURES)
@@ -70,7 +71,7 @@ def carry_out(
             **{picture.file: picture.text for picture in drawn},
         }
         written = write_sweep(result, out, texts, pieces.magnitude_file if streamed else None)
-    pieces.clear()
+        pieces.clear()
     print("\n".join(conclusions(result)))
     print(f"Results: {', '.join(map(str, written))}")
 

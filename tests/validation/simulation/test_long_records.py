@@ -38,13 +38,14 @@ def test_the_odd_part_of_two_runs_over_several_pieces(tmp_path: Path) -> None:
     count = 2 * PIECE + 17
     odd, even = RNG.standard_normal((count, 80)), 1e-3 * RNG.standard_normal((count, 80))
     columns = list(range(79, 0, -1))
-    for scratch in (None, tmp_path / "odd"):
+    for scratch in (None, tmp_path):
         found, share = odd_channels(odd + even, even - odd, columns, scratch)
         # One rounding of each sum: 2e-16 of the samples, up to 6.
         assert np.abs(found - odd[:, columns]).max() < 1e-14
         expected = np.abs(even[:, columns]).max() / np.abs(odd[:, columns]).max()
         assert share == pytest.approx(expected, rel=1e-9)
-    assert (tmp_path / "odd").stat().st_size == 8 * count * 79  # 83 MB: too much for memory
+    assert isinstance(found, np.memmap)  # 83 MB: too much for memory
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_thinned_samples_keep_every_extreme() -> None:
@@ -97,7 +98,7 @@ def _anonymous() -> int:
 # Only Linux tells memory from the pages of mapped files, which come and go as it likes.
 @pytest.mark.skipif(sys.platform != "linux", reason="reads RssAnon off /proc")
 def test_memory_does_not_grow_with_the_record(tmp_path: Path) -> None:
-    """A record of 300 MB is run, estimated, drawn and written in a fraction of that.
+    """A record of 260 MB is run, estimated, drawn and written in a fraction of that.
 
     What grows with the record is the segment that is transformed at once, an eighth of it, up to
     2²³ samples of all channels: seven times as many as here. From there on, and to any length,
@@ -108,7 +109,7 @@ def test_memory_does_not_grow_with_the_record(tmp_path: Path) -> None:
     with Watched() as memory:
         stored = _run_and_write(tmp_path / "long", 70.0)
     assert warm.largest > 0
-    assert stored > 280e6
+    assert stored > 250e6  # what is copied of it for the FRFs, in a file without a name, is more
     assert memory.grown < 0.1 * 2**30  # measured: 63 MB
 
 

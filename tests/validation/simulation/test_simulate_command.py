@@ -233,7 +233,7 @@ def test_an_interrupted_run_goes_on_bit_for_bit(
     told = capsys.readouterr().err
     assert "interrupted" in told
     assert "the same command goes on from there" in told
-    assert [path.name for path in parts.iterdir()] == ["pieces"]
+    assert [path.name for path in parts.iterdir()] == [".crosscheck"]
 
     # Another run does not take its pieces, nor lose them.
     assert simulate("lin-parker-4", *NOISE, "--response", "planetary.sun.u", "--out", str(parts)) \
@@ -249,7 +249,9 @@ def test_an_interrupted_run_goes_on_bit_for_bit(
     assert one.n_sample > 20_000
     assert np.array_equal(one.inputs, other.inputs)
     assert np.array_equal(one.outputs, other.outputs)
-    assert not (parts / "pieces").exists()
+    assert {path.name for path in parts.iterdir()} == {
+        "simulation.html", "simulation.json", "record.npz",
+    }  # fmt: skip
 
 
 @pytest.mark.slow
@@ -265,7 +267,10 @@ def test_ctrl_c_ends_in_130_and_keeps_the_pieces(tmp_path: Path) -> None:
         # tests run in the background of a shell inherit an ignored SIGINT
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )  # fmt: skip
-    checkpoint, patience = tmp_path / "pieces" / "forward" / "checkpoint.npz", time.time() + 60
+    checkpoint, patience = (
+        tmp_path / ".crosscheck" / "simulate" / "forward" / "checkpoint.npz",
+        time.time() + 60,
+    )
     while not checkpoint.exists() and process.poll() is None and time.time() < patience:
         time.sleep(0.05)
     process.send_signal(signal.SIGINT)

@@ -425,6 +425,9 @@ def test_an_interrupted_sweep_goes_on(paper, serial, tmp_path, monkeypatch):
     assert_same(serial, sweep(todo, found.samples, store=pieces))
     other = Pieces.of(todo, found.samples[1:], tmp_path)
     assert other.load("0") is None
+    (pieces.directory / "photo.npz").write_bytes(b"mine")
+    pieces.clear()
+    assert [path.name for path in pieces.directory.iterdir()] == ["photo.npz"]
 
 
 def test_results_too_large_are_refused(paper):
