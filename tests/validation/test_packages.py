@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import ast
 import importlib
+import re
 import subprocess
 import sys
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
+from matplotlib import pyplot
 
 import mbs_models
 import validation
@@ -54,6 +58,19 @@ def test_the_citation_is_of_this_version() -> None:
     (given,) = (line for line in lines if line.startswith("version:"))
     project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
     assert f'\nversion = "{given.split()[1]}"\n' in project
+
+
+def test_the_readme_of_the_library() -> None:
+    """The library's lines in the README run, and give what they say."""
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    (block,) = re.findall(r"## As a library\n\n```python\n(.*?)```", text, re.DOTALL)
+    names: dict[str, Any] = {}
+    exec(compile(block, "README.md", "exec"), names)
+    through = names["whole"].frf.between("planetary.sun.w", "reducer.pinion.w")
+    assert through.shape == (4000,)
+    magnitude, _ = (axes for axes in pyplot.gcf().axes)
+    np.testing.assert_array_equal(magnitude.lines[0].get_ydata(), np.abs(through))
+    pyplot.close("all")
 
 
 @pytest.mark.parametrize("command", [None, *COMMANDS])
