@@ -20,6 +20,7 @@ MOTIONS = ("displacement", "velocity", "acceleration")
 QUANTITIES = (*MOTIONS, "mesh_forces", "contact", "energy", "work")
 PLAIN = ("energy", "work")  # one number a sample
 MOTION_UNITS = ("m", "m/s", "m/s²")
+SMOOTH = (*MOTIONS, "mesh_forces")  # what a slower sampling folds back
 
 
 @dataclass(frozen=True)
