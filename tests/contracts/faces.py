@@ -199,27 +199,37 @@ READERS: Mapping[str, Callable[[Path], Lines]] = {
 # --- the command line ---------------------------------------------------------------------------
 
 
-def commands() -> Mapping[str, Any]:
-    """Name → command, in the order of the help."""
-    found: Mapping[str, Any] = typer.main.get_command(app).commands  # type: ignore[attr-defined]
-    return found
+def command_names() -> Lines:
+    """In the order of the help."""
+    return list(_group().commands)
 
 
-def option_lines(command: Any) -> Lines:
-    """``--name/--no-name METAVAR: type = default`` of each argument and option of a command."""
-    types = typing.get_type_hints(inspect.unwrap(command.callback))
+def option_lines(name: str = "") -> Lines:
+    """``--name/--no-name METAVAR: type = default`` of each argument and option of a command.
+
+    Without a name, of `crosscheck` itself.
+    """
+    command = _group()
     context = command.make_context("crosscheck", [], resilient_parsing=True)
+    if name:
+        command = command.commands[name]
+        context = command.make_context(name, [], parent=context, resilient_parsing=True)
+    types = typing.get_type_hints(inspect.unwrap(command.callback)) if command.callback else {}
     return [_option(parameter, types) for parameter in command.get_params(context)]
 
 
-def option_names(command: Any) -> Lines:
+def option_names(name: str) -> Lines:
     """All that its help must name."""
-    return [re.split("[ :]", line)[0].partition("/")[0] for line in option_lines(command)]
+    return [word for line in option_lines(name) for word in re.split("[ :]", line)[0].split("/")]
+
+
+def _group() -> Any:
+    return typer.main.get_command(app)
 
 
 def _option(parameter: Any, types: Mapping[str, Any]) -> str:
     argument = parameter.param_type_name == "argument"
-    names = [] if argument else ["/".join((*parameter.opts, *parameter.secondary_opts))]
+    names = [] if argument else ["/".join((*sorted(parameter.opts), *parameter.secondary_opts))]
     metavar = [parameter.metavar] if parameter.metavar else []
     kind = "flag" if getattr(parameter, "is_flag", False) else _word(types[parameter.name])
     silent = parameter.default is None or parameter.default is False

@@ -13,15 +13,19 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import fbs
+import mbs_models
+import validation
 from validation import cli
 
-from .faces import READERS, Lines, commands, json_lines, option_lines, schema_lines
+from .faces import READERS, Lines, command_names, json_lines, option_lines, schema_lines
 
 HERE = Path(__file__).parent
 README = HERE.parents[1] / "README.md"
 MODELS = HERE / "models"
 EXPECTED = HERE / "expected"
 HEAD = "# Renewed, where a change is meant, by: python -m tests.contracts.renew"
+
+PACKAGES = (mbs_models, fbs, validation)
 
 Sections = dict[str, Lines]
 
@@ -153,9 +157,10 @@ PINS: Mapping[str, Pin] = {
 
 
 def option_sections() -> Sections:
-    """Every command's arguments and options."""
-    known = commands()
-    return {"crosscheck": list(known)} | {n: option_lines(c) for n, c in known.items()}
+    """The commands, and everything that can follow each."""
+    names = command_names()
+    found = {"commands": names, "crosscheck": option_lines()}
+    return found | {name: option_lines(name) for name in names}
 
 
 def library_example() -> str:
@@ -177,7 +182,8 @@ def library_sections() -> Sections:
         if isinstance(node, ast.ImportFrom)
         for alias in node.names
     ]
-    return {"README, As a library": sorted(imports), "fbs.__all__": sorted(fbs.__all__)}
+    exported = {f"{p.__name__}.__all__": sorted(p.__all__) for p in PACKAGES}
+    return {"README, As a library": sorted(imports)} | exported
 
 
 def written(sections: Sections) -> str:
@@ -197,6 +203,6 @@ def difference(name: str, sections: Sections) -> str:
     before, now = expected(name).splitlines(), written(sections).splitlines()
     marked = list(difflib.ndiff(before, now))
     titles = [k for k, line in enumerate(marked) if line[2:].startswith("[")]
-    changed = [k for k, line in enumerate(marked) if line[:1] in "+-"]
+    changed = [k for k, line in enumerate(marked) if line[:1] in "+-" and line[2:].strip()]
     shown = sorted({*changed, *(max((t for t in titles if t <= k), default=k) for k in changed)})
     return "\n".join(marked[k].rstrip() for k in shown)

@@ -103,7 +103,8 @@ def test_a_disagreement_is_1_and_reported(tmp_path: Path) -> None:
 def test_what_is_done_is_0(tmp_path: Path) -> None:
     """Commands that only print or write a model file."""
     model = str(tmp_path / "mine.toml")
-    for arguments in (("presets",), ("new", model, "--from", "lin-parker-3"), ("check", model)):
+    written = ("new", model, "--from", "lin-parker-3")
+    for arguments in (("--version",), ("presets",), written, ("check", model)):
         called = call(*arguments)
         assert called.code == 0, called
         assert called.out

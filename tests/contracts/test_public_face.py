@@ -11,11 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-import fbs
-
-from .faces import commands, option_names
+from .faces import command_names, option_names
 from .pins import (
     MODELS,
+    PACKAGES,
     PINS,
     Sections,
     call,
@@ -65,12 +64,12 @@ def test_options() -> None:
     holds("options", option_sections())
 
 
-@pytest.mark.parametrize("name", commands())
+@pytest.mark.parametrize("name", command_names())
 def test_help_names_every_option(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "200")
     called = call(name, "--help")
     assert (called.code, called.err) == (0, "")
-    assert [option for option in option_names(commands()[name]) if option not in called.out] == []
+    assert [option for option in option_names(name) if option not in called.out] == []
     assert name in call("--help").out
 
 
@@ -80,8 +79,8 @@ def test_names_for_use_as_a_library() -> None:
     for path in sections["README, As a library"]:
         module, _, name = path.rpartition(".")
         assert hasattr(importlib.import_module(module), name)
-    for name in fbs.__all__:
-        assert hasattr(fbs, name)
+    for package in PACKAGES:
+        assert [name for name in package.__all__ if not hasattr(package, name)] == []
 
 
 def test_the_example_of_the_readme_runs() -> None:
