@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from .couplings import DIRECTIONS, Coupling
 from .elements import Assembly, Dof, Mesh, RigidBody
 from .errors import ModelError
 from .gear_geometry import Vector
 from .meshing.mesh_excitation import MeshLaw
 from .parallel_stage import add_parallel_stage, body_centres
-from .parameters import DIRECTIONS, Coupling, Drivetrain, Inertia, ParallelStage, Part
+from .parameters import Drivetrain, Inertia, ParallelStage, Part
 from .placement import (
     Frame,
     axes_facing,
