@@ -25,6 +25,7 @@ from .cli_options import (
     Speeds,
     Torque,
     Vary,
+    Version,
     Workers,
     named,
 )
@@ -34,6 +35,7 @@ app = typer.Typer(
     name="crosscheck",
     help="Cross-check a gear drivetrain's vibration: exudyn, substructuring (FBS) and equations.",
     add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
 )
 
@@ -46,6 +48,11 @@ def main(arguments: list[str] | None = None) -> None:
     given = sys.argv[1:] if arguments is None else arguments
     code = exit_code(app, given or ["--help"])
     sys.exit(code if given else BAD_INPUT)
+
+
+@app.callback()
+def program(version: Version = False) -> None:
+    """Take what belongs to no command."""
 
 
 @app.command()
@@ -97,7 +104,7 @@ def run(
     from .output_folder import held
 
     with held(out, ("report.html", "results.json")), screen.progress() as progress:
-        from .cross_check import cross_check  # takes its time to load: bad input is told before
+        from .comparison import cross_check  # takes its time to load: bad input is told before
         from .report import write_report
 
         result = cross_check(

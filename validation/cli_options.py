@@ -14,6 +14,27 @@ def named(model: str) -> str:
     return model
 
 
+def print_version(wanted: bool) -> None:
+    """Say which version this is, and end."""
+    if not wanted:
+        return
+    from importlib.metadata import PackageNotFoundError
+
+    try:
+        from . import __version__
+    except PackageNotFoundError:
+        print("crosscheck, not installed (run from source)")
+    else:
+        print(f"crosscheck {__version__}")
+    raise typer.Exit
+
+
+Version = Annotated[
+    bool,
+    typer.Option(
+        "--version", callback=print_version, is_eager=True, help="Print the version and exit."
+    ),
+]
 Model = Annotated[
     str,
     typer.Argument(

@@ -30,7 +30,7 @@ def drivetrains() -> tuple[tuple[Drivetrain, float, float, float], ...]:
     damping = {"stiffness_proportional": 2e-6, "mass_proportional": 50.0}
     return (
         (pair(mesh_variation=TRAPEZOID, mesh_transmission_error=ERROR), 100.0, 500.0, 8000.0),
-        (planetary(ring_mesh_variation=TRAPEZOID), 300.0, 500.0, 6000.0),
+        (planetary(ring_mesh_variation=TRAPEZOID), 30.0, 500.0, 6000.0),
         (changed(reducer(), damping=damping), 100.0, 500.0, 3000.0),
     )
 

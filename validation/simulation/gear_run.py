@@ -165,6 +165,11 @@ class GearRun:
         """Whether any mesh varies: else every mesh carries its static force, and nothing moves."""
         return any(law.varies for law in self.point.laws.values())
 
+    @property
+    def says_nothing_excites(self) -> bool:
+        """Whether that is worth a word: at speed, not where the meshes stand still."""
+        return self.point.speed_rpm is not None and not self.excites
+
 
 def gear_run(
     drivetrain: Drivetrain, point: OperatingPoint, record: TransientRecord, run_in: float
@@ -265,7 +270,7 @@ def _sensors(
         if not isinstance(stage, PlanetaryStage) or tone is None or phases is None:
             continue
         turns = abs(tone.carrier_frequency) * record.n_samples / record.sampling_frequency
-        if turns >= LEAST_TURNS:
+        if turns >= LEAST_TURNS and tone.mesh_frequency < record.sampling_frequency / 2.0:
             found.append(_sensor(stage, tone, phases.ring, record))
     return found
 
@@ -289,7 +294,9 @@ def _sensor(
         sidebands=PASSES * stage.planet_count,
         highest=rate / 2.0,
     )
-    harmonics = np.arange(1, HARMONICS + 1)
+    # What the record is too slow for is in no line of it.
+    highest = math.ceil(rate / 2.0 / tone.mesh_frequency) - 1
+    harmonics = np.arange(1, min(HARMONICS, highest) + 1)
     mesh = line_amplitudes(forces[:, 0], rate, harmonics * tone.mesh_frequency)
     # Phases are counted from the start of the run, where the carrier is at 0.
     mesh = mesh * np.exp(-2j * np.pi * harmonics * tone.mesh_frequency * time[0])

@@ -106,16 +106,26 @@ def _check_dofs(linear: LinearizedSystem, request: Request) -> None:
 def _fmax(request: Request, point: OperatingPoint | None) -> float:
     """End of the band of interest (Hz)."""
     highest = max((excitation.signal.band[1] for excitation in request.excitations), default=0.0)
+    fastest = max(point.mesh_frequencies.values(), default=0.0) if point is not None else 0.0
     if request.fmax is not None:
         if not request.fmax >= highest:
             raise ModelError(
                 f"fmax = {request.fmax:g} Hz: the excitation reaches {highest:g} Hz; give at least "
                 "that, or leave fmax out"
             )
+        if not request.fmax >= fastest:
+            raise ModelError(
+                f"fmax = {request.fmax:g} Hz: teeth pass at {fastest:g} Hz; give at least that, or "
+                "leave fmax out"
+            )
         return request.fmax
+    return max(highest, excited_by_meshes(point), 0.0 if highest else LOWEST_FMAX)
+
+
+def excited_by_meshes(point: OperatingPoint | None) -> float:
+    """How far up meshes excite (Hz); 0 where none turns."""
     meshes = point.mesh_frequencies.values() if point is not None else ()
-    of_meshes = MESH_HARMONICS * max(meshes, default=0.0)
-    return max(highest, of_meshes, 0.0 if highest else LOWEST_FMAX)
+    return MESH_HARMONICS * max(meshes, default=0.0)
 
 
 def _turns(point: OperatingPoint | None) -> bool:

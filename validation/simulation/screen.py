@@ -63,7 +63,7 @@ def _verdicts(found: Simulation, console: Console) -> None:
 def _meshes(found: Simulation, console: Console) -> None:
     gears = found.gears
     assert gears is not None
-    if not gears.excites:
+    if gears.says_nothing_excites:
         print(NOTHING_EXCITES)
     for stage, frequency in gears.point.mesh_frequencies.items():
         print(f"Mesh frequency of {stage}: {frequency:.4g} Hz")

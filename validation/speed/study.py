@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from time import perf_counter
 from typing import TypeVar
@@ -30,7 +30,7 @@ from .resonance_speeds import resonance_speeds
 from .steady import Speeds, Task, evaluate, failed, joined, task
 from .turning import Turning, turning
 from .witness import ROUTES as WITNESS_ROUTES
-from .witness import Witness, witness, witness_checks, witness_warnings
+from .witness import Witness, torque_hint, witness, witness_checks, witness_warnings
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[str, int, int], None]
@@ -40,6 +40,7 @@ T = TypeVar("T")
 HERE = Workers()
 CHUNK = 10  # speeds handed to a worker at a time
 WORTH_A_PROCESS = 100  # speeds, before a process more is worth its start
+LOWER = 0.1  # of the torque, to see whether a difference falls with it
 TRUNCATED = 0.01  # of the vibration: what the choice of lines may miss before it is warned of
 
 
@@ -140,6 +141,7 @@ def run(
     if not found.ok.any():
         raise CommandError(f"no speed has a steady state: {found.status[0]}")
     witnesses = clock.timed("time integration", lambda: _witnesses(turns, progress))
+    hints = clock.timed("a tenth of the torque", lambda: _hints(turns, witnesses, progress))
     return SpeedResult(
         turning=turns,
         found=found,
@@ -157,6 +159,7 @@ def run(
             *loose_meshes(turns),
             *_warnings(found),
             *witness_warnings(witnesses),
+            *hints,
         ),
         seconds=clock.seconds,
     )
@@ -188,6 +191,18 @@ def _speeds(
 
 def _witnesses(turns: Turning, progress: Progress) -> tuple[Witness, ...]:
     return tuple(witness(turns, speed, progress) for speed in turns.plan.checked)
+
+
+def _hints(turns: Turning, witnesses: tuple[Witness, ...], progress: Progress) -> tuple[str, ...]:
+    """What a tenth of the torque makes of disagreements; with play, teeth would part there."""
+    plan = turns.plan
+    if not plan.torque or any(law.backlash for law in turns.point.laws.values()):
+        return ()
+    wrong = [w for w in witnesses if not all(check.agrees for check in witness_checks((w,)))]
+    if not wrong:
+        return ()
+    lower = turning(replace(plan, torque=LOWER * plan.torque))
+    return tuple(torque_hint(w, witness(lower, w.speed_rpm, progress), LOWER) for w in wrong)
 
 
 def _responses(plan: SpeedPlan, turns: Turning, found: Speeds) -> tuple[str, ...]:

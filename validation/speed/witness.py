@@ -343,6 +343,28 @@ def _checks(found: Witness) -> tuple[Check, ...]:
     )  # fmt: skip
 
 
+def torque_hint(found: Witness, lower: Witness, share: float) -> str:
+    """What a share of the torque makes of a disagreement: is the gearbox not linear there?
+
+    All that the meshes excite grows with the torque, but for transmission errors; of what is not
+    linear in the motion a share is left.
+    """
+    here, there = (
+        max(check.value / check.tolerance for check in _checks(w)) for w in (found, lower)
+    )
+    start = f"At {share:g} of the torque the largest difference at {found.speed_rpm:g} rpm is "
+    if there < here / 2.0:
+        return (
+            f"{start}{there / here:.0%} of the one here: at this load the vibration is not linear "
+            "(lines of action tilt, carriers turn with their planets), and the harmonic balance, "
+            "which is, is off by so much."
+        )
+    return (
+        f"{start}{there / here:.0%} of the one here: it is not what a vibration that is too large "
+        "to be linear would do; one of the two routes is wrong, or has not settled."
+    )
+
+
 def witness_warnings(witnesses: Sequence[Witness]) -> tuple[str, ...]:
     """Where exudyn in time cannot tell."""
     told = []
