@@ -1,8 +1,27 @@
-"""Frequency-based substructuring: FRFs with named DoFs, their synthesis and their coupling.
+r"""Frequency-based substructuring: FRFs with named DoFs, their synthesis and their coupling.
 
 Conventions: SI; frequency in Hz; e^{+jwt}; H(w) = (K (1 + j eta) - w^2 M + jwC)^-1; FRF values have
 shape (n_frequency, n_response, n_excitation).
+
+Systems
+    `SecondOrderSystem`, `SparseSystem`.
+FRFs
+    `Frf` on a `frequency_axis`: `synthesize` chooses among `direct_frf`, `modal_frf`, `schur_frf`;
+    `sparse_frf` and `reduced_frf` for large systems; `read_uff`, `write_uff`.
+Modes
+    `real_modes`, `complex_modes`, `poles`; `truncate` leaves some out and keeps their residuals.
+Substructures
+    `couple` and `couple_chain` join FRFs at every `Joint`; `condense_free`, `condense_blocked`,
+    `condense_dynamic_stiffness` and `block_dofs` leave DoFs out.
+Springs that vary periodically
+    `PeriodicSpring`, `steady_state` and its `outputs`, `waveform`, `extremes`; `stability`.
+Records
+    `Record`; `averaged_frf`, `periodic_frf`, `impulse_frf` estimate FRFs of them.
+Errors
+    `FbsError`, of which all others are.
 """
+
+from typing import TYPE_CHECKING, Any
 
 from .chain import couple_chain
 from .condensation import (
@@ -80,6 +99,7 @@ __all__ = [
     "TruncatedModes",
     "UffError",
     "UnknownDofError",
+    "__version__",
     "averaged_frf",
     "block_dofs",
     "common_periods",
@@ -111,3 +131,14 @@ __all__ = [
     "waveform",
     "write_uff",
 ]
+
+if TYPE_CHECKING:
+    __version__: str
+else:  # hidden, so that a name that is not there is an error of types
+
+    def __getattr__(name: str) -> Any:
+        if name == "__version__":
+            from importlib.metadata import version  # takes its time to load
+
+            return version("drivetrain-crosscheck")
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._checks import ComplexArray, FloatArray, ascending_frequency, positions, unique_labels
+from ._representation import counted, html_table, listing
 from .errors import FbsError, NonFiniteError, unknown_dof
 from .frf import Frf, Quantity, as_quantity
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class LabelledSystem(ABC):
     """M x'' + C x' + K (1 + j eta) x = f with labelled coordinates; see `SecondOrderSystem`."""
 
@@ -48,6 +49,29 @@ class LabelledSystem(ABC):
             dict(self.derived),
             self.loss_factor,
         )
+
+    def __repr__(self) -> str:
+        also = f", {counted(len(self.derived), 'derived label')}" if self.derived else ""
+        size = counted(len(self.dofs), "DoF")
+        return f"<{type(self).__name__}: {size}{also}, {self._damping_kind}>"
+
+    def _repr_html_(self) -> str:
+        rows = [("DoFs", listing(self.dofs)), ("damping", self._damping_kind)]
+        if self.derived:
+            ties = [f"{label} = {f:g} {dof}" for label, (dof, f) in self.derived.items()]
+            rows.insert(1, ("derived", listing(ties)))
+        return html_table(f"{type(self).__name__}: {counted(len(self.dofs), 'DoF')}", rows)
+
+    @property
+    def _damping_kind(self) -> str:
+        if self.undamped:
+            return "undamped"
+        return f"loss factor {self.loss_factor:g}" if self.loss_factor else "viscously damped"
+
+    @property
+    @abstractmethod
+    def undamped(self) -> bool:
+        """Whether C = 0 and eta = 0."""
 
     @staticmethod
     @abstractmethod

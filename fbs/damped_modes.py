@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._checks import ComplexArray, FloatArray, read_only
+from ._representation import MOST, counted, html_table
 from .blas_threads import blas_for
 from .errors import DefectiveModesError
 from .second_order_system import SecondOrderSystem
@@ -45,6 +46,26 @@ class ComplexModes:
     rigid_shapes: ComplexArray
     participation: ComplexArray
     dofs: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        return f"<ComplexModes: {self._summary}>"
+
+    def _repr_html_(self) -> str:
+        by_size = sorted(self.poles, key=lambda s: (abs(s), s.imag))
+        rows = [
+            (f"{k}", f"{abs(s) / (2 * np.pi):.6g}", f"{s.real:.6g}", f"{s.imag:.6g}")
+            for k, s in enumerate(by_size[:MOST], start=1)
+        ]
+        header = ("pole", "|s| / 2π, Hz", "Re s, 1/s", "Im s, rad/s")
+        more = max(0, self.poles.size - MOST)
+        return html_table(f"ComplexModes: {self._summary}", rows, header, more)
+
+    @property
+    def _summary(self) -> str:
+        size = f"{counted(self.poles.size, 'pole')} of {counted(len(self.dofs), 'DoF')}"
+        if not self.poles.size:
+            return size
+        return f"{size}, |s| / 2π up to {np.abs(self.poles).max() / (2 * np.pi):.6g} Hz"
 
 
 def modal_damping(modes: RealModes, damping: FloatArray) -> FloatArray:

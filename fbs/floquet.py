@@ -92,6 +92,7 @@ def stability(
     shaft_frequency: ArrayLike,
     *,
     highest_hz: float | None = None,
+    harmonics: int | None = None,
 ) -> Stability:
     """Growth rates at every speed.
 
@@ -102,6 +103,10 @@ def stability(
     shaft_frequency : array, shape (n_speed,), 1/s
     highest_hz
         Modes above are left out; by default as many as leave a hundredth of a spring's flexibility.
+    harmonics
+        Modes above this harmonic of the fastest spring at the fastest of these speeds are left out
+        as well: l f = f_p + f_q is needed to excite two modes, so that these follow as they would
+        a static force. None: no such limit.
 
     Raises
     ------
@@ -119,7 +124,10 @@ def stability(
             f"springs vary {listed} times per turn: without a common period there are no Floquet "
             "multipliers; ask for the springs of one period at a time"
         )
-    modes = _Modes.of(system, springs, highest_hz)
+    reach = np.inf
+    if harmonics is not None and varying:
+        reach = harmonics * max(spring.ratio for spring in varying) * float(speeds.max())
+    modes = _Modes.of(system, springs, highest_hz, reach)
     series, ratio = _series(springs, varying)
     kicks = _Kicks(modes, series)
     period = 1.0 / (ratio * speeds)
@@ -196,7 +204,11 @@ class _Modes:
 
     @classmethod
     def of(
-        cls, system: SecondOrderSystem, springs: Sequence[PeriodicSpring], highest_hz: float | None
+        cls,
+        system: SecondOrderSystem,
+        springs: Sequence[PeriodicSpring],
+        highest_hz: float | None,
+        reach_hz: float,
     ) -> _Modes:
         vectors = spring_vectors(system, springs)
         modes = real_modes(system)
@@ -216,6 +228,7 @@ class _Modes:
         if not kept.any():
             lowest = omega.min(initial=np.inf) / (2.0 * np.pi)
             raise FbsError(f"no mode up to {highest_hz} Hz: the lowest is {lowest:g} Hz")
+        kept &= omega <= max(2.0 * np.pi * reach_hz, float(omega.min()))
         left = rows[:, ~kept] / omega[~kept]
         damping = modal_damping(modes, system.damping)[modes.n_rigid :, modes.n_rigid :]
         return cls(omega[kept], damping[np.ix_(kept, kept)], rows[:, kept], left @ left.T)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from ._checks import (
     unique_labels,
 )
 from ._finite import surely_finite
+from ._representation import html_table, listing, spanned
 from .errors import (
     AxisMismatchError,
     FbsError,
@@ -24,6 +26,9 @@ from .errors import (
     QuantityMismatchError,
     unknown_dof,
 )
+
+if TYPE_CHECKING:
+    from .plotting import Axes, Panels
 
 
 class Quantity(StrEnum):
@@ -37,6 +42,16 @@ class Quantity(StrEnum):
     def derivative(self) -> int:
         """Number of time derivatives of displacement: 0, 1 or 2."""
         return tuple(Quantity).index(self)
+
+    @property
+    def unit(self) -> str:
+        """m/N, m/(N s) or m/(N s²)."""
+        return ("m/N", "m/(N s)", "m/(N s²)")[self.derivative]
+
+    @property
+    def motion(self) -> str:
+        """What is measured, and its unit: displacement, m, and so on."""
+        return ("displacement, m", "velocity, m/s", "acceleration, m/s²")[self.derivative]
 
 
 def as_quantity(quantity: Quantity | str) -> Quantity:
@@ -107,6 +122,18 @@ class Frf:
         ):
             object.__setattr__(self, name, value)
 
+    def __repr__(self) -> str:
+        size = f"{len(self.responses)} × {len(self.excitations)}"
+        return f"<Frf: {self.quantity}, {size}, {spanned(self.frequency)}>"
+
+    def _repr_html_(self) -> str:
+        rows = (
+            ("lines", spanned(self.frequency)),
+            ("responses", listing(self.responses)),
+            ("excitations", listing(self.excitations)),
+        )
+        return html_table(f"Frf: {self.quantity}, {self.quantity.unit}", rows)
+
     @property
     def omega(self) -> FloatArray:
         """Angular frequency, rad/s."""
@@ -155,6 +182,35 @@ class Frf:
         with np.errstate(divide="ignore"):
             decibel: FloatArray = 20 * np.log10(np.abs(self.values))
         return decibel
+
+    def curves(self) -> Iterator[tuple[str, str, ComplexArray]]:
+        """Response, excitation and H (nf,) of every FRF, all excitations of a response first."""
+        for i, response in enumerate(self.responses):
+            for j, excitation in enumerate(self.excitations):
+                yield response, excitation, self.values[:, i, j]
+
+    def plot(self, axes: Sequence[Axes] | None = None) -> Panels:
+        """Draw |H| and the phase over frequency; matplotlib is imported for it.
+
+        Parameters
+        ----------
+        axes : two matplotlib Axes, optional
+            For magnitude and phase, as another FRF's `plot` returned them; default: a new figure.
+
+        Returns
+        -------
+        tuple of two matplotlib Axes
+
+        Raises
+        ------
+        FbsError
+            Other than two axes are given.
+        """
+        from .plotting import magnitude_and_phase
+
+        ordinate = f"{self.quantity}, {self.quantity.unit}"
+        named = ((f"{response} ← {excitation}", h) for response, excitation, h in self.curves())
+        return magnitude_and_phase(self.frequency, named, ordinate, axes)
 
     def renamed(self, names: Mapping[str, str]) -> Frf:
         """Return the same FRF with labels replaced: {old: new}."""

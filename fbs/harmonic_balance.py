@@ -92,6 +92,8 @@ class PeriodicResponse:
         How much of the vibration the choice of lines misses: of every spring the largest force line
         that is left out, over its largest that is not; of this the largest. Lines up to 2 H and
         P + 1 (at least 4) are looked at, as the lattice's lines excite them.
+    step : float or None, s
+        Of the trapezoidal rule whose solution it is; None: the exact one.
     """
 
     system: SecondOrderSystem
@@ -102,11 +104,12 @@ class PeriodicResponse:
     deflection: ComplexArray
     residual: FloatArray
     truncation: FloatArray
+    step: float | None = None
 
     @property
     def frequency(self) -> FloatArray:
-        """f_h (n_speed, n_line), Hz."""
-        return line_frequencies(self.shaft_frequency, self.lattice)
+        """f_h (n_speed, n_line), Hz; with a step, as the trapezoidal rule sees them."""
+        return line_frequencies(self.shaft_frequency, self.lattice, self.step)
 
     @property
     def spring_forces(self) -> ComplexArray:
@@ -128,6 +131,7 @@ def steady_state(
     *,
     harmonics: int = HARMONICS,
     combinations: int = COMBINATIONS,
+    step: float | None = None,
 ) -> PeriodicResponse:
     """Solve the steady state at every speed; the equations are this module's.
 
@@ -141,6 +145,10 @@ def steady_state(
         > 0; in any order.
     harmonics, combinations
         See `Lattice`.
+    step
+        h (s): the steady state of the trapezoidal rule with this step. It takes derivatives at
+        w' = (2/h) tan(w h/2) instead of w (Tustin's transform), exactly, and at its instants k(t)
+        is what it is.
 
     Raises
     ------
@@ -154,7 +162,7 @@ def steady_state(
     modes = spring_modes(system, springs)
     lines = lattice(springs, harmonics, combinations)
     more = lattice(springs, 2 * harmonics, max(combinations + 1, COMBINATIONS + 1))
-    solver = _Solver.of(springs, modes, lines, more)
+    solver = _Solver.of(springs, modes, lines, more, step)
     shape = (speeds.size, len(lines.points), len(springs))
     excess, deflection = np.empty(shape, dtype=complex), np.empty(shape, dtype=complex)
     residual, truncation = np.empty(speeds.size), np.empty(speeds.size)
@@ -176,6 +184,7 @@ def steady_state(
         read_only(deflection),
         read_only(residual),
         read_only(truncation),
+        step,
     )
 
 
@@ -218,9 +227,14 @@ def outputs(
     return np.asarray(speed ** as_quantity(quantity).derivative * value)
 
 
-def line_frequencies(shaft_frequency: FloatArray, lines: Lattice) -> FloatArray:
-    """f_h (n_speed, n_line), Hz."""
-    return np.multiply.outer(shaft_frequency, lines.orders)
+def line_frequencies(
+    shaft_frequency: FloatArray, lines: Lattice, step: float | None = None
+) -> FloatArray:
+    """f_h (n_speed, n_line), Hz, or with the trapezoidal rule's step tan(pi f h)/(pi h)."""
+    frequency = np.multiply.outer(shaft_frequency, lines.orders)
+    if step is None:
+        return frequency
+    return np.asarray(np.tan(np.pi * frequency * step) / (np.pi * step))
 
 
 def _rows(rows: ArrayLike, size: int, name: str) -> FloatArray:
@@ -240,28 +254,37 @@ class _Lines:
         The lines.
     stiffness, damping : array, shape (n_spring, 1)
     errors : complex array, shape (n_spring, n_line), m
+    step : float or None, s
+        Of the trapezoidal rule.
     """
 
     lattice: Lattice
     stiffness: FloatArray
     damping: FloatArray
     errors: ComplexArray
+    step: float | None
 
     @classmethod
-    def of(cls, springs: Sequence[PeriodicSpring], steps: IntArray, lines: Lattice) -> _Lines:
+    def of(
+        cls,
+        springs: Sequence[PeriodicSpring],
+        steps: IntArray,
+        lines: Lattice,
+        step: float | None,
+    ) -> _Lines:
         errors = [
-            2.0 * series_at(spring.error, multiples(lines.points, step))
-            for spring, step in zip(springs, steps, strict=True)
+            2.0 * series_at(spring.error, multiples(lines.points, own))
+            for spring, own in zip(springs, steps, strict=True)
         ]
         stiffness, damping = (
             np.array([[getattr(spring, key)] for spring in springs])
             for key in ("stiffness", "damping")
         )
-        return cls(lines, stiffness, damping, np.array(errors))
+        return cls(lines, stiffness, damping, np.array(errors), step)
 
     def frequency(self, speeds: FloatArray) -> FloatArray:
         """f_h (n_speed, n_line), Hz."""
-        return line_frequencies(speeds, self.lattice)
+        return line_frequencies(speeds, self.lattice, self.step)
 
     def constant(self, speeds: FloatArray, deflection: ComplexArray) -> ComplexArray:
         """(k + jω c) δ of the constant springs (n_speed, n_spring, n_line)."""
@@ -287,6 +310,7 @@ class _Solver:
         modes: SpringModes,
         lines: Lattice,
         more: Lattice,
+        step: float | None,
     ) -> _Solver:
         known = {tuple(point) for point in lines.points.tolist()}
         beyond = [tuple(point) not in known for point in more.points.tolist()]
@@ -295,8 +319,8 @@ class _Solver:
         static[:, 0] = [spring.static_force / spring.stiffness for spring in springs]
         return cls(
             modes,
-            _Lines.of(springs, lines.steps, lines),
-            _Lines.of(springs, lines.steps, dropped),
+            _Lines.of(springs, lines.steps, lines, step),
+            _Lines.of(springs, lines.steps, dropped, step),
             Balance.of(springs, lines),
             Convolution.between(springs, lines.steps, dropped.points, lines.points),
             static,

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._checks import FloatArray, ascending_frequency, read_only, unique_labels
 from ._finite import non_finite
+from ._representation import counted, html_table, listing
 from .errors import AxisMismatchError, FbsError, NonFiniteError, SingularLineError
 from .frf import Quantity, as_quantity
+
+if TYPE_CHECKING:
+    from .plotting import Axes, Panels
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,6 +106,24 @@ class Record:
             raise FbsError(f"{len(instants)} times are given for {len(inputs)} samples")
         return cls(rate, inputs, outputs, excitations, responses, quantity)
 
+    def __repr__(self) -> str:
+        channels = f"{len(self.excitations)} + {counted(len(self.responses), 'channel')}"
+        return f"<Record: {self.quantity.motion}, {channels}, {self._sampling}>"
+
+    def _repr_html_(self) -> str:
+        rows = (
+            ("samples", self._sampling),
+            ("excitations", listing(self.excitations)),
+            ("responses", listing(self.responses)),
+        )
+        return html_table(f"Record: forces, N, and {self.quantity.motion}", rows)
+
+    @property
+    def _sampling(self) -> str:
+        duration = self.n_sample * self.time_step
+        rate = f"{self.sampling_frequency:g} Hz"
+        return f"{counted(self.n_sample, 'sample')} at {rate}, {duration:g} s"
+
     @property
     def n_sample(self) -> int:
         """Number of samples."""
@@ -127,6 +150,31 @@ class Record:
                 f"{self.n_sample / self.sampling_frequency:.10g} s"
             )
         return replace(self, inputs=self.inputs[first:last], outputs=self.outputs[first:last])
+
+    def plot(self, axes: Sequence[Axes] | None = None) -> Panels:
+        """Draw forces and motion over time, every sample; matplotlib is imported for it.
+
+        Of a long record draw a `span`.
+
+        Parameters
+        ----------
+        axes : two matplotlib Axes, optional
+            For forces and motion; default: a new figure.
+
+        Returns
+        -------
+        tuple of two matplotlib Axes
+
+        Raises
+        ------
+        FbsError
+            Other than two axes are given.
+        """
+        from .plotting import traces
+
+        forces = ("force, N", self.excitations, self.inputs)
+        motion = (self.quantity.motion, self.responses, self.outputs)
+        return traces(self.time, (forces, motion), axes)
 
 
 @dataclass(frozen=True, eq=False)

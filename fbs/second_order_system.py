@@ -20,7 +20,7 @@ BLOCK = 64
 """Lines solved at once: 64 matrices of 30 DoFs are 0.9 MB, which stays in a core's cache."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SecondOrderSystem(LabelledSystem):
     """M x'' + C x' + K (1 + j eta) x = f for e^{+jwt} (Ewins 2000, Modal Testing, ch. 2).
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from scipy.sparse import csc_array
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SparseSystem(LabelledSystem):
     """M x'' + C x' + K (1 + j eta) x = f: a `SecondOrderSystem` whose matrices are sparse.
 

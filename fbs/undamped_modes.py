@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.linalg import lapack
 
 from ._checks import FloatArray, read_only
+from ._representation import MOST, counted, html_table
 from .blas_threads import blas_for
 from .errors import FbsError, IndefiniteMassError, IndefiniteStiffnessError
 from .second_order_system import SecondOrderSystem
@@ -40,6 +41,22 @@ class RealModes:
     shapes: FloatArray
     n_rigid: int
     dofs: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        return f"<RealModes: {self._summary}>"
+
+    def _repr_html_(self) -> str:
+        found = self.natural_frequencies
+        rows = [(f"{k}", f"{f:.6g}") for k, f in enumerate(found[:MOST], start=1)]
+        header = ("mode", "natural frequency, Hz")
+        return html_table(f"RealModes: {self._summary}", rows, header, max(0, found.size - MOST))
+
+    @property
+    def _summary(self) -> str:
+        elastic = self.natural_frequencies[self.n_rigid :]
+        size = f"{counted(elastic.size + self.n_rigid, 'mode')} of {counted(len(self.dofs), 'DoF')}"
+        span = f", elastic {elastic[0]:.6g}–{elastic[-1]:.6g} Hz" if elastic.size else ""
+        return f"{size}, {self.n_rigid} rigid-body{span}"
 
     @property
     def natural_frequencies(self) -> FloatArray:

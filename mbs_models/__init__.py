@@ -1,1 +1,126 @@
-"""Gear drivetrains as exudyn multibody systems, placed by geometry."""
+"""Gear drivetrains as exudyn multibody systems, placed by geometry.
+
+Parameters
+    `load`, `loads`, `dumps`, `preset_names`: model files and presets.
+    `Drivetrain` of `ParallelStage`, `PlanetaryStage`, `Inertia`, `Coupling`, `Damping`.
+Systems
+    `build_drivetrain`, `build_stage` make a `MultibodySystem`, `linearize` its M, C, K as a
+    `LinearizedSystem`; `drivetrain_components` reads its springs and bodies back.
+Modes
+    `drivetrain_modes` makes `Modes`, each with its `Kind`.
+Gears at work
+    `operating_point` makes an `OperatingPoint`: what speed and torque do to meshes and loads.
+Runs in time
+    `simulate` integrates a system and returns a `TransientRecord`. It is excited by `Excitation`
+    objects: those of the model file (`excitations_of`), or a `Harmonic`, a `Sweep` or a
+    `schroeder_multisine` at a DoF. `choose_integrator` gives the `Integrator`.
+Errors
+    `ModelError`, and of runs `SimulationError`.
+
+Each is loaded when it is first asked for: exudyn takes its time, and model files need none of it.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .drivetrain import MultibodySystem, build_drivetrain, build_stage
+    from .errors import ModelError
+    from .excitation import Excitation, excitations_of
+    from .integration.integrators import Integrator, choose_integrator
+    from .integration.transient_record import TransientRecord
+    from .linearization import LinearizedSystem, linearize
+    from .meshing.operating_point import OperatingPoint, operating_point
+    from .mode_kinds import Kind, Modes
+    from .model_file import dumps, load, loads, preset_names
+    from .modes import drivetrain_modes
+    from .parameters import (
+        Coupling,
+        Damping,
+        Drivetrain,
+        Inertia,
+        ParallelStage,
+        PlanetaryStage,
+    )
+    from .read_back import drivetrain_components
+    from .signals.lines import Harmonic, schroeder_multisine
+    from .signals.sines import Sweep
+    from .time_integration import SimulationError, simulate
+
+    __version__: str
+
+__all__ = [
+    "Coupling",
+    "Damping",
+    "Drivetrain",
+    "Excitation",
+    "Harmonic",
+    "Inertia",
+    "Integrator",
+    "Kind",
+    "LinearizedSystem",
+    "ModelError",
+    "Modes",
+    "MultibodySystem",
+    "OperatingPoint",
+    "ParallelStage",
+    "PlanetaryStage",
+    "SimulationError",
+    "Sweep",
+    "TransientRecord",
+    "__version__",
+    "build_drivetrain",
+    "build_stage",
+    "choose_integrator",
+    "drivetrain_components",
+    "drivetrain_modes",
+    "dumps",
+    "excitations_of",
+    "linearize",
+    "load",
+    "loads",
+    "operating_point",
+    "preset_names",
+    "schroeder_multisine",
+    "simulate",
+]
+
+_MODULES = {
+    "drivetrain": ("MultibodySystem", "build_drivetrain", "build_stage"),
+    "errors": ("ModelError",),
+    "excitation": ("Excitation", "excitations_of"),
+    "integration.integrators": ("Integrator", "choose_integrator"),
+    "integration.transient_record": ("TransientRecord",),
+    "linearization": ("LinearizedSystem", "linearize"),
+    "meshing.operating_point": ("OperatingPoint", "operating_point"),
+    "mode_kinds": ("Kind", "Modes"),
+    "model_file": ("dumps", "load", "loads", "preset_names"),
+    "modes": ("drivetrain_modes",),
+    "parameters": (
+        "Coupling", "Damping", "Drivetrain", "Inertia", "ParallelStage", "PlanetaryStage",
+    ),
+    "read_back": ("drivetrain_components",),
+    "signals.lines": ("Harmonic", "schroeder_multisine"),
+    "signals.sines": ("Sweep",),
+    "time_integration": ("SimulationError", "simulate"),
+}  # fmt: skip
+_MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
+
+if not TYPE_CHECKING:  # hidden, so that a name that is not there is an error of types
+
+    def __getattr__(name: str) -> Any:
+        """Load a public name when it is first asked for (PEP 562)."""
+        if name == "__version__":
+            from importlib.metadata import version  # takes longer to load than all of this
+
+            return version("drivetrain-crosscheck")
+        if name not in _MODULE_OF:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        value = getattr(import_module(f".{_MODULE_OF[name]}", __name__), name)
+        globals()[name] = value
+        return value
+
+    def __dir__() -> list[str]:
+        return sorted({*globals(), *__all__})

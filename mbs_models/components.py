@@ -63,6 +63,8 @@ class Spring:
         (m, m) in N/m, rotations in N m/rad.
     deflection
         (m, n_dof) deflections per unit of the system's DoFs.
+    damping
+        (m, m) in N s/m, rotations in N m s/rad.
     """
 
     name: str
@@ -71,6 +73,7 @@ class Spring:
     axes: Array
     stiffness: Array
     deflection: Array
+    damping: Array
 
     def energy(self, shapes: Array) -> Array:
         """½ δᵀ k δ with δ = G q, for shapes q (n_dof, n_mode)."""

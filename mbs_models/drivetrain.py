@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from .couplings import DIRECTIONS, Coupling
 from .elements import Assembly, Dof, Mesh, RigidBody
 from .errors import ModelError
 from .gear_geometry import Vector
 from .meshing.mesh_excitation import MeshLaw
 from .parallel_stage import add_parallel_stage, body_centres
-from .parameters import DIRECTIONS, Coupling, Drivetrain, Inertia, ParallelStage, Part
+from .parameters import Drivetrain, Inertia, ParallelStage, Part
 from .placement import (
     Frame,
     axes_facing,
@@ -24,6 +25,7 @@ from .placement import (
     turning,
 )
 from .planetary_stage import add_planetary_stage
+from .representation import counted, html_table, listing
 
 # The global axis along which each common direction lies: see `placement`.
 GLOBAL_AXIS = {DIRECTIONS["u"]: 1, DIRECTIONS["v"]: 0, DIRECTIONS["z"]: 2}
@@ -56,6 +58,20 @@ class MultibodySystem:
     locked: tuple[tuple[int, int], ...]
     bodies: Mapping[str, RigidBody] = field(default_factory=dict)
     meshes: Mapping[str, Mesh] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        bodies = counted(len(self.bodies), "body", "bodies")
+        meshes = counted(len(self.meshes), "mesh", "meshes")
+        return f"<MultibodySystem: {bodies}, {meshes}, {counted(len(self.dofs), 'DoF')}>"
+
+    def _repr_html_(self) -> str:
+        rows = [
+            ("bodies", listing(tuple(self.bodies))),
+            ("meshes", listing(tuple(self.meshes))),
+            ("DoFs", listing([dof.label for dof in self.dofs])),
+            ("derived", listing(tuple(self.derived))),
+        ]
+        return html_table(repr(self).strip("<>"), [row for row in rows if row[1]])
 
     @property
     def has_backlash(self) -> bool:

@@ -34,7 +34,7 @@ from exudyn.utilities import (
 from numpy.typing import NDArray
 
 from .errors import ModelError
-from .meshing.involute_mesh import InvolutePair, gradient, transverse_deflection
+from .meshing.involute_mesh import InvolutePair, gradient, transverse_mesh
 from .meshing.mesh_element import mesh_forces_on_bodies, mesh_jacobian
 from .meshing.mesh_excitation import LawSamples, MeshLaw, mesh_force
 from .offset_moment import offset_jacobian, offset_moment
@@ -100,8 +100,15 @@ class Mesh:
     @property
     def row_at_rest(self) -> Vector:
         """∂δ/∂q of both bodies' coordinates, as placed."""
-        _, n_x, n_y, _ = transverse_deflection(math, self.pair, 0.0, 0.0, 0.0, 0.0)
-        return np.array(gradient(self.pair, n_x, n_y, self.bodies[0].coordinates))
+        return self.row(np.zeros(2 * self.bodies[0].coordinates))
+
+    def row(self, q: Vector) -> Vector:
+        """∂δ/∂q of both bodies' coordinates, where these are q: the line of action goes along."""
+        size = self.bodies[0].coordinates
+        _, n_x, n_y, _ = transverse_mesh(self.pair, math)(
+            q[size] - q[0], q[size + 1] - q[1], q[size - 1], q[-1]
+        )
+        return np.array(gradient(self.pair, n_x, n_y, size))
 
 
 @dataclass(frozen=True)

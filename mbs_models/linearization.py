@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from .drivetrain import MultibodySystem
 from .interrupts import interrupts_held
+from .representation import counted, html_table, listing
 
 Matrix = NDArray[np.float64]
 Vector = NDArray[np.float64]
@@ -35,6 +36,16 @@ class LinearizedSystem:
     stiffness: Matrix
     dofs: tuple[str, ...]
     derived: Mapping[str, tuple[str, float]]
+
+    def __repr__(self) -> str:
+        also = f", {counted(len(self.derived), 'derived label')}" if self.derived else ""
+        damped = "damped" if self.damping.any() else "undamped"
+        return f"<LinearizedSystem: {counted(len(self.dofs), 'DoF')}{also}, {damped}>"
+
+    def _repr_html_(self) -> str:
+        ties = [f"{label} = {factor:g} {dof}" for label, (dof, factor) in self.derived.items()]
+        rows = [("DoFs", listing(self.dofs)), ("derived", listing(ties))]
+        return html_table(repr(self).strip("<>"), [row for row in rows if row[1]])
 
     @property
     def labels(self) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ computed by projection, and the kind follows from the shares.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 
 from .parameters import Coupling, Drivetrain, ParallelStage, PlanetaryStage
 from .placement import facings, translation_ends, turning
+from .representation import MOST, counted, html_table
 
 Shapes = NDArray[Any]  # real or complex
 
@@ -91,6 +93,22 @@ class Modes:
     modes: tuple[Mode, ...]
     labels: tuple[str, ...]
     shapes: Shapes
+
+    def __repr__(self) -> str:
+        highest = max((mode.frequency_hz for mode in self.modes), default=0.0)
+        rigid = sum(mode.kind == Kind.RIGID_BODY for mode in self.modes)
+        size = counted(len(self.modes), "mode")
+        return f"<Modes: {size}, {rigid} rigid-body, up to {highest:.6g} Hz>"
+
+    def _repr_html_(self) -> str:
+        kinds = Counter(str(mode.kind) for mode in self.modes)
+        title = ", ".join(f"{count} {kind}" for kind, count in kinds.items())
+        rows = [
+            (f"{k}", f"{mode.frequency_hz:.6g}", f"{100.0 * mode.damping_ratio:.3g}", mode.kind)
+            for k, mode in enumerate(self.modes[:MOST], start=1)
+        ]
+        header = ("mode", "frequency, Hz", "damping ratio, %", "kind")
+        return html_table(f"Modes: {title}", rows, header, max(0, len(self.modes) - MOST))
 
     @property
     def frequencies(self) -> NDArray[np.float64]:

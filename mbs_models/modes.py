@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 
 from .drivetrain import MultibodySystem, build_drivetrain, build_stage
 from .linearization import LinearizedSystem, coordinate_transform, linearize
+from .meshing.operating_point import OperatingPoint
+from .meshing.static_state import at_mean, placed
 from .mode_kinds import (
     Mode,
     Modes,
@@ -20,18 +22,27 @@ from .mode_kinds import (
 from .parameters import Drivetrain
 
 
-def drivetrain_modes(drivetrain: Drivetrain) -> Modes:
-    """Modes of the whole drivetrain from exudyn's eigensolution.
+def drivetrain_modes(drivetrain: Drivetrain, point: OperatingPoint | None = None) -> Modes:
+    """Modes of the whole drivetrain from exudyn's eigensolution, at rest or under a torque.
 
     det(K − ω²M) = 0, and with damping det(K + sC + s²M) = 0; each mode is given the latter's
     poles that lie nearest to its own −γ/2 ± √(γ²/4 − ω²), γ = φᵀCφ.
+
+    Parameters
+    ----------
+    drivetrain
+        Its parameters.
+    point
+        Where the torque has moved it, every mesh at its mean. None: as built.
     """
-    system = build_drivetrain(drivetrain)
-    linear = linearize(system)
-    eigenvalues, shapes = _undamped(system)
-    n_rigid = rigid_body_count(linear.stiffness)
+    system = build_drivetrain(drivetrain, at_mean(point.laws) if point else None)
+    moved = point.displacement if point else np.zeros(len(system.dofs))
+    with placed(system, moved):
+        linear = linearize(system)
+        eigenvalues, shapes = _undamped(system)
+        n_rigid = rigid_body_count(linear.stiffness)
+        poles = _poles(system, linear, eigenvalues, shapes, n_rigid)
     round_off = len(eigenvalues) * np.finfo(float).eps * abs(eigenvalues[-1])
-    poles = _poles(system, linear, eigenvalues, shapes, n_rigid)
     frequencies, ratios = frequency_and_ratio(poles, n_rigid)
 
     labelled = _with_derived(linear, shapes)

@@ -12,8 +12,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from .couplings import DIRECTIONS, Coupling
 from .gear_geometry import Vector
-from .parameters import DIRECTIONS, Coupling, Drivetrain, ParallelStage
+from .parameters import Drivetrain, ParallelStage
 
 # Sign of the counter-clockwise rotation (in the part's own frame) that counts as positive w: a
 # parallel stage's pinion and wheel turn against each other.

@@ -22,9 +22,17 @@ def drivetrain_components(drivetrain: Drivetrain) -> Components:
     return components(build_drivetrain(drivetrain))
 
 
-def components(system: MultibodySystem) -> Components:
-    """Read the springs and bodies of an assembled system."""
-    reader = _Reader(system)
+def components(system: MultibodySystem, motion: Array | None = None) -> Components:
+    """Read the springs and bodies of an assembled system.
+
+    Parameters
+    ----------
+    system
+        As built.
+    motion
+        (n_dof,) from there to where the meshes' deflections are looked at; None: as built.
+    """
+    reader = _Reader(system, motion)
     mass, _, _ = system.mbs.ComputeLinearizedSystem()
     rows = {name: reader.rows(name) for name in system.bodies}
     return Components(
@@ -41,9 +49,10 @@ AXIAL = np.array([0.0, 0.0, 1.0])
 class _Reader:
     """Walks through exudyn's objects; its indices are types of their own, compared as int."""
 
-    def __init__(self, system: MultibodySystem) -> None:
+    def __init__(self, system: MultibodySystem, motion: Array | None) -> None:
         self.system, self.mbs = system, system.mbs
         self.transform = coordinate_transform(system)
+        self.moved = self.transform @ (np.zeros(len(system.dofs)) if motion is None else motion)
         self.by_object = {int(b.object_number): name for name, b in system.bodies.items()}
         self.by_node = {int(b.node_number): name for name, b in system.bodies.items()}
         self.meshes = {int(mesh.object_number): mesh for mesh in system.meshes.values()}
@@ -100,6 +109,7 @@ class _Reader:
             return []
         names = [self.by_node[int(body.node_number)] for body in mesh.bodies]
         rows = np.concatenate([self.transform[self.rows(name)] for name in names])
+        moved = np.concatenate([self.moved[self.rows(name)] for name in names])
         first, second = (
             End(name, body.centre + point)
             for name, body, point in zip(names, mesh.bodies, tangent_points(mesh.pair), strict=True)
@@ -112,7 +122,8 @@ class _Reader:
                 (first, second),
                 (along / np.linalg.norm(along))[:, None],
                 np.array([[mesh.stiffness]]),
-                (mesh.row_at_rest @ rows)[None],
+                (mesh.row(moved) @ rows)[None],
+                np.array([[mesh.damping]]),
             )
         ]
 
@@ -122,7 +133,7 @@ class _Reader:
         support, body = (self._end(marker) for marker in markers)
         axes = np.asarray(markers[0]["localHT"])[:3, :3]
         motion = self._motion(body) - self._motion(support)
-        stiffness = np.asarray(item["stiffness"])
+        stiffness, damping = np.asarray(item["stiffness"]), np.asarray(item["damping"])
         found = []
         for kind, part in ((SpringKind.BEARING, slice(0, 3)), (SpringKind.ROCKING, slice(3, 6))):
             block = stiffness[part, part]
@@ -136,6 +147,7 @@ class _Reader:
                         axes[:, used],
                         block[np.ix_(used, used)],
                         axes[:, used].T @ motion[part],
+                        damping[part, part][np.ix_(used, used)],
                     )
                 )
         return found
@@ -162,4 +174,5 @@ class _Reader:
             axis[:, None],
             np.array([[item["stiffness"]]]),
             stretch[None],
+            np.array([[item["damping"]]]),
         )

@@ -46,6 +46,7 @@ from .integration.transient_record import (
     MOTIONS,
     PLAIN,
     QUANTITIES,
+    SMOOTH,
     RunDescription,
     TransientRecord,
 )
@@ -229,7 +230,7 @@ class _Run:
         arrays["forces"] = self.loads.forces()[:: self.stride]
         above = before.folded
         if self.stride > 1:
-            smooth = {what: v for what, v in responses.items() if what != "contact"}
+            smooth = {what: v for what, v in responses.items() if what in SMOOTH}
             above = above + folded(smooth, self.stride)
         return arrays, Checkpoint(before.samples + samples, after, above)
 

@@ -1,5 +1,9 @@
 """Settings of all tests."""
 
+import math
+from collections.abc import Iterator
+
+import pytest
 from hypothesis import HealthCheck, Phase, settings
 
 # The same examples in every run, so that a fault found is a fault that can be found again. Random
@@ -12,3 +16,14 @@ settings.register_profile(
     suppress_health_check=(HealthCheck.too_slow,),
 )
 settings.load_profile("reproducible")
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _no_progress_lines() -> Iterator[None]:
+    """What a slow machine would print of its progress is no part of what commands say."""
+    from validation import screen
+
+    before = screen.BETWEEN_LINES
+    screen.BETWEEN_LINES = math.inf
+    yield
+    screen.BETWEEN_LINES = before

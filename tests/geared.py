@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
+import numpy as np
+
+from mbs_models.mode_kinds import Kind
 from mbs_models.model_file import load
 from mbs_models.parameters import Drivetrain
 from tests.strategies import changed, with_stage
@@ -45,3 +49,28 @@ def geared_reducer(**stage: Any) -> Drivetrain:
     variation = {"shape": "trapezoid", "contact_ratio": 1.6, "amplitude": 0.3}
     varying = with_stage(load("paper"), "reducer", mesh_variation=variation, **gears, **stage)
     return changed(varying, operation={"input": "reducer.pinion", "speed_range": [0.0, 10000.0]})
+
+
+def family_amplitudes(labels: tuple[str, ...], motion: Any, planets: int) -> dict[Kind, float]:
+    """Size of a motion (n_dof,) in each family, by projection (Lin & Parker 1999).
+
+    Rotational: rotations of the central members and the planets' mean; translational: their
+    translations and the planets' cos φ_p and sin φ_p; planet modes: the rest of the planets.
+    """
+    part = dict(zip(labels, motion, strict=True))
+    angles = 2.0 * math.pi * np.arange(planets) / planets
+    size = dict.fromkeys((Kind.ROTATIONAL, Kind.TRANSLATIONAL, Kind.PLANET), 0.0)
+    for body in ("sun", "ring", "carrier"):
+        size[Kind.ROTATIONAL] += abs(part[f"planetary.{body}.w"]) ** 2
+        for dof in "uv":
+            size[Kind.TRANSLATIONAL] += abs(part[f"planetary.{body}.{dof}"]) ** 2
+    first = np.stack([np.cos(angles), np.sin(angles)]) * np.sqrt(2.0 / planets)
+    for dof in "uvw":
+        own = np.array([part[f"planetary.planet{p + 1}.{dof}"] for p in range(planets)])
+        mean = own.mean()
+        turned = first @ own
+        size[Kind.ROTATIONAL] += planets * abs(mean) ** 2
+        size[Kind.TRANSLATIONAL] += float(np.sum(np.abs(turned) ** 2))
+        rest = own - mean - first.T @ turned
+        size[Kind.PLANET] += float(np.sum(np.abs(rest) ** 2))
+    return {kind: math.sqrt(value) for kind, value in size.items()}

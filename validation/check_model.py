@@ -15,7 +15,7 @@ from mbs_models.sanity.rules import findings
 from mbs_models.sanity.tooth_loads import teeth_carry_load
 
 from . import screen
-from .cross_check import model_warnings
+from .comparison import model_warnings
 from .equations import drivetrain_system, rigid_body_motions
 
 PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""))

@@ -5,44 +5,40 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
-from .errors import CommandError
+from .cli_options import (
+    Checked,
+    Df,
+    Executor,
+    Fmax,
+    Fmin,
+    FrfExcitations,
+    FrfResponses,
+    Harmonics,
+    Metrics,
+    Model,
+    Responses,
+    Route,
+    Speeds,
+    Torque,
+    Vary,
+    Version,
+    Workers,
+    named,
+)
 from .exit_codes import BAD_INPUT, exit_code
 
 app = typer.Typer(
     name="crosscheck",
     help="Cross-check a gear drivetrain's vibration: exudyn, substructuring (FBS) and equations.",
     add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
 )
 
-
-def named(model: str) -> str:
-    """A preset or a file must have a name."""
-    if not model.strip():
-        raise typer.BadParameter("is empty; must be a preset's name, or the path of a model file")
-    return model
-
-
-Model = Annotated[
-    str,
-    typer.Argument(
-        metavar="MODEL", callback=named, help="A preset's name, or the path of a model file."
-    ),
-]
-Fmin = Annotated[
-    float | None, typer.Option(help="First line, Hz (default: the first multiple of df ≥ 1 Hz).")
-]
-Fmax = Annotated[
-    float | None, typer.Option(help="Last line, Hz (default: the last multiple of df ≤ 15 kHz).")
-]
-Df = Annotated[
-    float | None,
-    typer.Option(help="Step, Hz (default: 1 Hz; coarser if there are many lines or FRFs)."),
-]
 
 MOST_DOFS_IN_TIME = 60  # larger systems take minutes to integrate: only when asked for
 
@@ -52,6 +48,11 @@ def main(arguments: list[str] | None = None) -> None:
     given = sys.argv[1:] if arguments is None else arguments
     code = exit_code(app, given or ["--help"])
     sys.exit(code if given else BAD_INPUT)
+
+
+@app.callback()
+def program(version: Version = False) -> None:
+    """Take what belongs to no command."""
 
 
 @app.command()
@@ -103,7 +104,7 @@ def run(
     from .report.files import make_directory
 
     make_directory(out)
-    from .cross_check import cross_check  # takes its time to load: bad input is told before
+    from .comparison import cross_check  # takes its time to load: bad input is told before
     from .report import write_report
 
     with screen.progress() as progress:
@@ -130,58 +131,41 @@ def run(
 def modes(
     model: Model = "paper",
     route: Annotated[str, typer.Option(help="exudyn or equations.")] = "exudyn",
+    torque: Annotated[
+        float | None,
+        typer.Option(help="At the input, N m: frequencies under it beside those at rest."),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Machine-readable.")] = False,
 ) -> None:
     """Natural frequencies, damping ratios and kinds of all modes."""
     from mbs_models.model_file import load
 
     from . import screen
+    from .modes import solved_modes
 
     drivetrain = load(model)
     screen.warn(drivetrain.warnings())
-    if route == "exudyn":
-        from mbs_models.modes import drivetrain_modes as solve
-    elif route == "equations":
-        from .modes import equation_modes as solve
-    else:
-        raise CommandError(f"--route = {route!r}: must be exudyn or equations")
-    found = solve(drivetrain)
+    found, at_rest = solved_modes(drivetrain, route, torque)
     if not as_json:
-        screen.modes(drivetrain.name, route, found)
+        screen.modes(drivetrain.name, route, found, at_rest, torque)
         return
-    if route == "exudyn":
-        from .modes import round_off_warnings
+    from .modes import modes_document, round_off_warnings
 
+    if route == "exudyn":
         screen.warn(round_off_warnings(found))
-    listed: list[dict[str, Any]] = [
-        {
-            "frequency_hz": mode.frequency_hz,
-            "damping_ratio": mode.damping_ratio,
-            "kind": str(mode.kind),
-            "round_off_hz": mode.round_off_hz,
-            "kinetic_energy": dict(mode.shares.kinetic),
-            "strain_energy": dict(mode.shares.strain),
-        }
-        for mode in found.modes
-    ]
-    print(json.dumps({"model": model, "route": route, "modes": listed}, indent=1))
+    document = {"model": model, "route": route, "modes": modes_document(found, at_rest)}
+    print(json.dumps(document, indent=1))
 
 
 @app.command()
 def frf(
     model: Model = "paper",
-    response: Annotated[
-        list[str] | None,
-        typer.Option(help="Response DoFs (repeat, or separate by commas), or all."),
-    ] = None,
-    excitation: Annotated[
-        list[str] | None,
-        typer.Option(help="Excitation DoFs (repeat, or separate by commas), or all."),
-    ] = None,
+    response: FrfResponses = None,
+    excitation: FrfExcitations = None,
     fmin: Fmin = None,
     fmax: Fmax = None,
     df: Df = None,
-    route: Annotated[str, typer.Option(help="exudyn, fbs or equations.")] = "exudyn",
+    route: Route = "exudyn",
     stage: Annotated[
         str | None,
         typer.Option(
@@ -271,26 +255,10 @@ def paper(
 @app.command()
 def sweep(
     model: Model = "paper",
-    vary: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="PATH=SPEC",
-            help="A parameter, as reducer.pinion.mass, and its values: from:to:N, from:to:Nlog, "
-            "v1,v2,v3, or a tolerance to sample, v±p% (also v+-p%) uniform or v~s% normal; may be "
-            "repeated.",
-        ),
-    ] = None,
+    vary: Vary = None,
     response: Annotated[str | None, typer.Option(help="Response DoF of an FRF.")] = None,
     excitation: Annotated[str | None, typer.Option(help="Its excitation DoF.")] = None,
-    metric: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="METRIC",
-            help="A column of the table: peak[:F1:F2], rms[:F1:F2], mean[:F1:F2], level:F, drop:F "
-            "(below the model as it is), frequency:N, frequency:KIND:N; may be repeated "
-            "(default: peak and rms).",
-        ),
-    ] = None,
+    metric: Metrics = None,
     fmin: Fmin = None,
     fmax: Fmax = None,
     df: Df = None,
@@ -307,15 +275,8 @@ def sweep(
     out: Annotated[Path, typer.Option(help="Where table, pictures and report go.")] = Path(
         "crosscheck-sweep"
     ),
-    workers: Annotated[
-        int | None, typer.Option(min=1, help="Processes (default: by the number of samples).")
-    ] = None,
-    executor: Annotated[
-        str | None,
-        typer.Option(
-            help="Who computes: processes, serial, mpi, or a dask scheduler as tcp://host:port."
-        ),
-    ] = None,
+    workers: Workers = None,
+    executor: Executor = None,
     stream: Annotated[
         bool, typer.Option("--stream", help="Write the FRFs to disk piece by piece.")
     ] = False,
@@ -323,7 +284,7 @@ def sweep(
     """Vary parameters: an FRF and natural frequencies, as table and report; goes on if stopped."""
     from mbs_models.model_file import load
 
-    from .sweep.executors import check as check_executor
+    from .executors import check as check_executor
     from .sweep.parameters import design
 
     check_executor(executor, workers)
@@ -403,6 +364,37 @@ def simulate(
         save=tuple(save or ()),
     )
     if not carry_out(options).agrees:
+        raise typer.Exit(1)
+
+
+@app.command()
+def speed(
+    model: Model,
+    speed: Speeds = None,
+    torque: Torque = None,
+    response: Responses = None,
+    harmonics: Harmonics = 10,
+    check: Checked = None,
+    workers: Workers = None,
+    executor: Executor = None,
+    out: Annotated[Path, typer.Option(help="Where speed.html goes.")] = Path("crosscheck-speed"),
+) -> None:
+    """Mesh and bearing forces and vibration over the speed range, by harmonic balance."""
+    from . import frf_output
+    from .speed.command import Options, run_command
+
+    options = Options(
+        model=model,
+        speed=speed,
+        torque=torque,
+        response=() if response is None else frf_output.labels("--response", response),
+        harmonics=harmonics,
+        check=check,
+        workers=workers,
+        executor=executor,
+        out=out,
+    )
+    if not run_command(options).agrees:
         raise typer.Exit(1)
 
 

@@ -13,12 +13,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from fbs import Frf, Quantity
+from fbs import Frf
 from fbs.uff import UNITS as RESPONSE_UNITS
 
 from .errors import CommandError
 
-UNITS = {Quantity.RECEPTANCE: "m/N", Quantity.MOBILITY: "m/(N s)", Quantity.ACCELERANCE: "m/(N s²)"}
 CSV_ROWS = 1000  # as Python has them, at a time: numbers of which take four times those of numpy
 
 
@@ -96,7 +95,7 @@ def _write_csv(frf: Frf, path: Path, title: str) -> None:
     unit = f"{RESPONSE_UNITS[frf.quantity]}/N"
     header = ["frequency_hz"]
     columns = [frf.frequency]
-    for response, excitation, values in _curves(frf):
+    for response, excitation, values in frf.curves():
         name = f"{frf.quantity} {response} <- {excitation} ({unit})"
         header += [f"re {name}", f"im {name}"]
         columns += [values.real, values.imag]
@@ -118,16 +117,8 @@ def _write_picture(frf: Frf, path: Path, title: str) -> None:
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(9.0, 6.0), layout="constrained")
-    magnitude, phase = figure.subplots(2, sharex=True, height_ratios=(3, 1))
-    for response, excitation, values in _curves(frf):
-        magnitude.semilogy(frf.frequency, np.abs(values), label=f"{response} ← {excitation}", lw=1)
-        phase.plot(frf.frequency, np.degrees(np.angle(values)), lw=1)
-    magnitude.set_ylabel(f"{frf.quantity}, {UNITS[frf.quantity]}")
+    magnitude, _ = frf.plot(figure.subplots(2, sharex=True, height_ratios=(3, 1)))
     magnitude.set_title(title)
-    magnitude.legend(fontsize="small", loc="upper right")  # "best" tries every point
-    phase.set(xlabel="frequency, Hz", ylabel="phase, °", yticks=(-180, -90, 0, 90, 180))
-    for axes in (magnitude, phase):
-        axes.grid(alpha=0.3)
     figure.savefig(path)
 
 
@@ -141,19 +132,13 @@ WRITERS: Mapping[str, Callable[[Frf, Path, str], None]] = {
 }
 
 
-def _curves(frf: Frf) -> Iterator[tuple[str, str, NDArray[np.complex128]]]:
-    for i, response in enumerate(frf.responses):
-        for j, excitation in enumerate(frf.excitations):
-            yield response, excitation, frf.values[:, i, j]
-
-
 def show(frf: Frf) -> None:
     """Draw |H| in dB over frequency in the terminal, one chart per FRF."""
     width = max(40, min(shutil.get_terminal_size((100, 24)).columns, 160)) - 12
-    for response, excitation, values in _curves(frf):
+    for response, excitation, values in frf.curves():
         with np.errstate(divide="ignore"):
             level = 20.0 * np.log10(np.abs(values))
-        print(f"{response} ← {excitation}: {frf.quantity}, dB re 1 {UNITS[frf.quantity]}")
+        print(f"{response} ← {excitation}: {frf.quantity}, dB re 1 {frf.quantity.unit}")
         print(chart(frf.frequency, level, width, height=16))
 
 

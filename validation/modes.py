@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,7 @@ from mbs_models.mode_kinds import (
 from mbs_models.parameters import Drivetrain
 
 from . import equations
+from .errors import CommandError
 
 FloatArray = NDArray[np.float64]
 
@@ -109,3 +111,50 @@ def damped_modes(system: SecondOrderSystem, modes: RealModes) -> tuple[FloatArra
         n = modes.n_rigid
         expected = np.concatenate([expected[:n], match_poles(found, expected[n:])])
     return frequency_and_ratio(expected, modes.n_rigid)
+
+
+def solved_modes(
+    drivetrain: Drivetrain, route: str, torque: float | None = None
+) -> tuple[Modes, Modes | None]:
+    """Modes by a route's name; under a torque (N m) beside those at rest.
+
+    Raises
+    ------
+    CommandError
+        There is no such route, or it knows no torque.
+    """
+    if route not in ("exudyn", "equations"):
+        raise CommandError(f"--route = {route!r}: must be exudyn or equations")
+    if route == "equations":
+        if torque is not None:
+            raise CommandError(
+                "--torque: the equations are linear about the unloaded state; use --route exudyn"
+            )
+        return equation_modes(drivetrain), None
+    from mbs_models.meshing.operating_point import operating_point
+    from mbs_models.modes import drivetrain_modes
+
+    at_rest = drivetrain_modes(drivetrain)
+    if torque is None:
+        return at_rest, None
+    point = operating_point(drivetrain, speed_rpm=0.0, torque=torque)
+    return drivetrain_modes(drivetrain, point), at_rest
+
+
+def modes_document(found: Modes, at_rest: Modes | None = None) -> list[dict[str, Any]]:
+    """Modes as JSON has them; under a torque with their frequencies at rest."""
+    listed: list[dict[str, Any]] = [
+        {
+            "frequency_hz": mode.frequency_hz,
+            "damping_ratio": mode.damping_ratio,
+            "kind": str(mode.kind),
+            "round_off_hz": mode.round_off_hz,
+            "kinetic_energy": dict(mode.shares.kinetic),
+            "strain_energy": dict(mode.shares.strain),
+        }
+        for mode in found.modes
+    ]
+    if at_rest is not None:
+        for entry, mode in zip(listed, at_rest.modes, strict=True):
+            entry["at_rest_hz"] = mode.frequency_hz
+    return listed

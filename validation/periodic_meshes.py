@@ -12,7 +12,6 @@ from fbs.periodic_springs import PeriodicSpring
 from fbs.second_order_system import SecondOrderSystem
 from mbs_models.components import SpringKind
 from mbs_models.drivetrain import build_drivetrain
-from mbs_models.linearization import linearize
 from mbs_models.meshing.mesh_excitation import MeshLaw
 from mbs_models.meshing.operating_point import OperatingPoint
 from mbs_models.meshing.waveforms import Waveform
@@ -64,10 +63,10 @@ def parametric(
     if point.speed_rpm is None:
         raise CommandError("mesh frequencies need a speed: the operating point has none")
     system = build_drivetrain(drivetrain)
-    linear = linearize(system)
+    linear = point.linear
     turns = abs(point.speed_rpm) / 60.0
     springs = []
-    for spring in components(system).springs:
+    for spring in components(system, point.displacement).springs:
         if spring.kind is not SpringKind.MESH:
             continue
         law = point.laws.get(spring.name, MeshLaw())

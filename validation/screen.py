@@ -6,18 +6,20 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from math import cos
+from time import monotonic
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
-from mbs_models.mode_kinds import Modes, label_inertias
+from mbs_models.mode_kinds import Kind, Modes, label_inertias
 from mbs_models.parameters import Drivetrain, ParallelStage, PlanetaryStage
 
 from .modes import known_to, round_off_warnings
 from .resonances import Resonances, resonances
 from .results import CrossCheck
 
+BETWEEN_LINES = 10.0  # s, of progress where there is no terminal
 CLOSEST = 5  # margins printed; all that are called close are
 
 
@@ -29,17 +31,21 @@ def warn(warnings: Sequence[str]) -> None:
 
 @contextmanager
 def progress() -> Iterator[Callable[[str, int, int], None]]:
-    """A progress bar on standard error, gone when done; silent where nobody watches."""
+    """A progress bar on standard error, gone when done; where nobody watches, a line now and then.
+
+    A line every ten seconds: what is done before is not worth one.
+    """
     console = Console(stderr=True)
+    if not console.is_terminal:
+        yield _Lines()
+        return
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
         TimeElapsedColumn(),
         TimeRemainingColumn(),
     )
-    with Progress(
-        *columns, console=console, transient=True, disable=not console.is_terminal
-    ) as bars:
+    with Progress(*columns, console=console, transient=True) as bars:
         tasks = {}
 
         def step(name: str, done: int, total: int) -> None:
@@ -48,6 +54,19 @@ def progress() -> Iterator[Callable[[str, int, int], None]]:
             bars.update(tasks[name], completed=done, total=total)
 
         yield step
+
+
+class _Lines:
+    """Progress line by line."""
+
+    def __init__(self) -> None:
+        self.began = self.told = monotonic()
+
+    def __call__(self, name: str, done: int, total: int) -> None:
+        now = monotonic()
+        if now - self.told >= BETWEEN_LINES:
+            self.told = now
+            print(f"{name}: {done} of {total}, {now - self.began:.0f} s", file=sys.stderr)
 
 
 def verdicts(result: CrossCheck) -> None:
@@ -127,17 +146,30 @@ def _margins(console: Console, found: Resonances) -> None:
         console.print(f"{len(found.margins) - shown} more orders are farther from a resonance.")
 
 
-def modes(title: str, route: str, found: Modes) -> None:
-    """Print a table of modes, in the digits that are known; warn of those that round-off hides."""
+def modes(
+    title: str,
+    route: str,
+    found: Modes,
+    at_rest: Modes | None = None,
+    torque: float | None = None,
+) -> None:
+    """Print a table of modes, in the digits that are known; warn of those that round-off hides.
+
+    Under a torque (N m) with each one's frequency at rest.
+    """
     known = [known_to(mode) for mode in found.modes]
     if route == "exudyn":
         warn(round_off_warnings(found))
     hidden = any(error for _, error in known)
-    table = Table(title=f"{title}: modes by {route}", title_justify="left")
+    under = "" if torque is None else f" under {torque:g} N m"
+    table = Table(title=f"{title}: modes by {route}{under}", title_justify="left")
     table.add_column("#", justify="right")
     table.add_column("frequency, Hz", justify="right")
     if hidden:
         table.add_column("±", justify="right")
+    if at_rest is not None:
+        table.add_column("at rest, Hz", justify="right")
+        table.add_column("change", justify="right")
     table.add_column("damping ratio", justify="right")
     table.add_column("kind")
     table.add_column("kinetic energy")
@@ -146,6 +178,11 @@ def modes(title: str, route: str, found: Modes) -> None:
         where = ", ".join(f"{name} {share:.0%}" for name, share in shares if share >= 0.005)
         frequency, error = known[number - 1]
         cells = [str(number), frequency, *([error] if hidden else [])]
+        if at_rest is not None:
+            rest = at_rest.modes[number - 1]
+            shift = mode.frequency_hz / rest.frequency_hz - 1.0 if rest.frequency_hz else 0.0
+            elastic = mode.kind != Kind.RIGID_BODY
+            cells += [known_to(rest)[0], f"{shift:+.3%}" if elastic else "–"]
         table.add_row(*cells, f"{mode.damping_ratio:.5f}", mode.kind, where)
     _console().print(table)
 

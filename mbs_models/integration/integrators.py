@@ -35,8 +35,9 @@ TRAPEZOIDAL = "trapezoidal"
 FREQUENCY_BEND = 1e-4
 # The same, of the trapezoidal rule where it is taken out afterwards: ω′ = (2/h) tan(ωh/2) is exact.
 KNOWN_BEND = 1e-2
-# A step of RK44 takes as long as so many of the trapezoidal rule (measured: 2.2 to 2.9).
-STEP_COST = 2.5
+# A step of RK44 takes as long as so many of the trapezoidal rule (measured: 2.2 to 2.9); where
+# meshes vary, which takes a second iteration (0.8), or may part, and a Jacobian for each (0.3).
+STEP_COST, VARYING_STEP_COST, PARTING_STEP_COST = 2.5, 0.8, 0.3
 # Part of RK44's stability limit that is used: a spring may stiffen by half before it is passed.
 STABILITY_MARGIN = 0.8
 # A step fits into a sampling interval if it misses a whole number of times by rounding alone.
@@ -85,11 +86,12 @@ def choose_integrator(
     method: str | None = None,
     step: float | None = None,
     bend: float = FREQUENCY_BEND,
+    step_cost: float = STEP_COST,
 ) -> Integrator:
     """Choose RK44 where it is the cheaper way to 1e-4 of the frequency at ``fmax``.
 
     h ≤ (120·10⁻⁴)^¼/ω and 0.8 of its stability limit for RK44, h ≤ (12·bend)^½/ω for the
-    trapezoidal rule, whose step costs 1/2.5 of the other's.
+    trapezoidal rule.
 
     Parameters
     ----------
@@ -104,6 +106,8 @@ def choose_integrator(
     bend
         Relative change of the frequency at ``fmax`` that the trapezoidal rule is allowed: more
         than 1e-4 where it is taken out afterwards, since its ω′ = (2/h) tan(ωh/2) is known.
+    step_cost
+        How many steps of the trapezoidal rule take as long as one of RK44.
 
     Raises
     ------
@@ -124,7 +128,7 @@ def choose_integrator(
     explicit = min((120.0 * FREQUENCY_BEND) ** 0.25 / omega, STABILITY_MARGIN * limit)
     implicit = (12.0 * bend) ** 0.5 / omega
     if method is None:
-        affordable = explicit >= STEP_COST * implicit and not linear.derived
+        affordable = explicit >= step_cost * implicit and not linear.derived
         method = RK44 if affordable else TRAPEZOIDAL
     if step is None:
         wanted = explicit if method == RK44 else implicit

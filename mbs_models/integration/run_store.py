@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from ..errors import ModelError
 from .aliasing import Folded, aliasing_warning, nothing_folded
 from .integrators import Integrator
-from .transient_record import RunDescription, TransientRecord, as_record
+from .transient_record import SMOOTH, RunDescription, TransientRecord, as_record
 
 FloatArray = NDArray[np.float64]
 State = tuple[FloatArray, ...]
@@ -315,5 +315,5 @@ def _group(file: Any, prefix: str) -> dict[str, FloatArray]:
 def start(description: RunDescription, state: State) -> Checkpoint:
     """Before the first sample."""
     columns = description.columns()
-    followed = {what: names for what, names in columns.items() if what not in ("forces", "energy")}
+    followed = {what: names for what, names in columns.items() if what in SMOOTH}
     return Checkpoint(0, state, nothing_folded(followed))

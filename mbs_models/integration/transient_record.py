@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..representation import counted, html_table, listing
 from .integrators import Integrator
+
+if TYPE_CHECKING:
+    from ..plotting import Axes, Panels
 
 FloatArray = NDArray[np.float64]
 MOTIONS = ("displacement", "velocity", "acceleration")
 QUANTITIES = (*MOTIONS, "mesh_forces", "contact", "energy", "work")
 PLAIN = ("energy", "work")  # one number a sample
+MOTION_UNITS = ("m", "m/s", "m/s²")
+SMOOTH = (*MOTIONS, "mesh_forces")  # what a slower sampling folds back
 
 
 @dataclass(frozen=True)
@@ -108,6 +115,26 @@ class TransientRecord:
     aliasing: float = 0.0
     warnings: tuple[str, ...] = ()
 
+    def __repr__(self) -> str:
+        return f"<TransientRecord: {self._sampling}, {counted(len(self.labels), 'DoF')}>"
+
+    def _repr_html_(self) -> str:
+        rows = (
+            ("samples", f"{self._sampling} from {self.start:g} s on"),
+            ("integrator", f"{self.integrator.name}, h = {self.integrator.step:.3g} s"),
+            ("excitations", listing(self.excitations)),
+            ("DoFs", listing(self.labels)),
+            ("recorded", ", ".join(what for what in QUANTITIES if getattr(self, what) is not None)),
+            ("warnings", listing(self.warnings)),
+        )
+        return html_table("TransientRecord", [row for row in rows if row[1]])
+
+    @property
+    def _sampling(self) -> str:
+        duration = self.n_samples / self.sampling_frequency
+        rate = f"{self.sampling_frequency:g} Hz"
+        return f"{counted(self.n_samples, 'sample')} at {rate}, {duration:g} s"
+
     @property
     def n_samples(self) -> int:
         """Number of samples."""
@@ -124,6 +151,36 @@ class TransientRecord:
         arrays = {what: getattr(self, what) for what in ("forces", *QUANTITIES)}
         cut = {what: a[begin:end] for what, a in arrays.items() if a is not None}
         return replace(self, start=self.start + begin / self.sampling_frequency, **cut)
+
+    def plot(self, axes: Sequence[Axes] | None = None) -> Panels:
+        """Draw forces, recorded motions and mesh forces over time, every sample.
+
+        matplotlib is imported for it. Of a long record draw a `span`.
+
+        Parameters
+        ----------
+        axes
+            One matplotlib Axes for each of these that there is, in this order. None: a new figure.
+
+        Raises
+        ------
+        ModelError
+            Fewer or more axes are given, or nothing that is drawn was recorded.
+        """
+        from ..plotting import traces
+
+        return traces(self.time, tuple(self._panels()), axes)
+
+    def _panels(self) -> Iterator[tuple[str, tuple[str, ...], FloatArray]]:
+        """Ordinate, names of the columns and samples of what is drawn."""
+        if self.excitations:
+            yield "force, N", self.excitations, self.forces
+        motions = (self.displacement, self.velocity, self.acceleration)
+        for what, unit, samples in zip(MOTIONS, MOTION_UNITS, motions, strict=True):
+            if samples is not None:
+                yield f"{what}, {unit}", self.labels, samples
+        if self.mesh_forces is not None:
+            yield "mesh force, N", self.meshes, self.mesh_forces
 
 
 def as_record(

@@ -25,6 +25,7 @@ with z the axial displacement, b the rocking about y, x_T the tangent point's x 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -33,6 +34,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+Motion = tuple[Any, Any, Any, Any]  # δ (m), n_x, n_y, L (m)
 FULL_TURN = 2.0 * math.pi
 
 
@@ -81,42 +83,44 @@ class InvolutePair:
         return tilt * self.facing, -tilt * first, -tilt * self.facing, tilt * second
 
 
-def transverse_deflection(
-    maths: Any, pair: InvolutePair, along: Any, across: Any, first_angle: Any, second_angle: Any
-) -> tuple[Any, Any, Any, Any]:
+def transverse_mesh(pair: InvolutePair, maths: Any) -> Callable[[Any, Any, Any, Any], Motion]:
     """δ, n and L in the transverse plane; the equations are this module's.
 
     Parameters
     ----------
-    maths
-        The module that computes: ``math`` for one instant, ``numpy`` for many.
     pair
         The gears.
-    along, across
-        x and y of the second gear's displacement against the first's (m).
-    first_angle, second_angle
-        θ₁, θ₂ (rad).
+    maths
+        The module that computes: ``math`` for one instant, ``numpy`` for many.
 
     Returns
     -------
-    δ (m), n_x, n_y, L (m); NaN (or ValueError, from ``math``) where the centres are nearer than the
-    base circles allow.
+    A function of x and y of the second gear's displacement against the first's (m), and of θ₁, θ₂
+    (rad), that gives δ (m), n_x, n_y, L (m): NaN (or ValueError, from ``math``) where the centres
+    are nearer than the base circles allow.
     """
-    x_0, y_0 = pair.centre
-    x, y, base, kind, facing = x_0 + along, y_0 + across, pair.base_sum, pair.kind, pair.facing
-    square = x * x + y * y
-    length = maths.sqrt(square - base * base)
-    turned = facing * maths.atan2(x_0 * y - y_0 * x, x_0 * x + y_0 * y)
-    ratio = length / base
-    involute = ratio - maths.atan(ratio) - pair.involute_at_rest
-    first, second = pair.radii
-    rolled = facing * (first * first_angle + kind * second * second_angle)
-    deflection = rolled - base * (turned + kind * involute)
-    period = FULL_TURN * base
-    deflection = deflection - period * maths.floor(deflection / period + 0.5)
-    n_x = (kind * length * x - facing * base * y) / square
-    n_y = (kind * length * y + facing * base * x) / square
-    return deflection, n_x, n_y, length
+    # Names of its own: the function is called some ten thousand times a second.
+    (x_0, y_0), (first, second) = pair.centre, pair.radii
+    base, kind, facing, at_rest = pair.base_sum, pair.kind, pair.facing, pair.involute_at_rest
+    sqrt, atan, atan2, floor = maths.sqrt, maths.atan, maths.atan2, maths.floor
+    own, other = facing * first, facing * kind * second
+    period, base_squared = FULL_TURN * base, base**2
+
+    def motion(along: Any, across: Any, first_angle: Any, second_angle: Any) -> Motion:
+        x, y = x_0 + along, y_0 + across
+        square = x * x + y * y
+        length = sqrt(square - base_squared)
+        turned = facing * atan2(x_0 * y - y_0 * x, x_0 * x + y_0 * y)
+        ratio = length / base
+        involute = ratio - atan(ratio) - at_rest
+        rolled = own * first_angle + other * second_angle
+        deflection = rolled - base * (turned + kind * involute)
+        deflection = deflection - period * floor(deflection / period + 0.5)
+        n_x = (kind * length * x - facing * base * y) / square
+        n_y = (kind * length * y + facing * base * x) / square
+        return deflection, n_x, n_y, length
+
+    return motion
 
 
 def gradient(pair: InvolutePair, n_x: float, n_y: float, size: int) -> list[float]:
@@ -163,8 +167,8 @@ def mesh_motion(
     """
     size = position.shape[1] // 2
     first, second = position[:, :size].T, position[:, size:].T
-    deflection, n_x, n_y, _ = transverse_deflection(
-        np, pair, second[0] - first[0], second[1] - first[1], first[-1], second[-1]
+    deflection, n_x, n_y, _ = transverse_mesh(pair, np)(
+        second[0] - first[0], second[1] - first[1], first[-1], second[-1]
     )
     deflection = math.cos(pair.helix) * deflection
     unit = np.array(gradient(pair, 0.0, 0.0, size))
@@ -178,6 +182,6 @@ def mesh_motion(
 
 def tangent_points(pair: InvolutePair) -> tuple[FloatArray, FloatArray]:
     """Where the line of action touches the base circles at rest, (3,) m from each gear's centre."""
-    _, n_x, n_y, _ = transverse_deflection(math, pair, 0.0, 0.0, 0.0, 0.0)
+    _, n_x, n_y, _ = transverse_mesh(pair, math)(0.0, 0.0, 0.0, 0.0)
     towards = pair.facing * np.array([n_y, -n_x, 0.0])
     return pair.radii[0] * towards, -pair.kind * pair.radii[1] * towards

@@ -26,7 +26,12 @@ from ..components import Components, Spring, SpringKind
 from ..drivetrain import MultibodySystem, build_drivetrain
 from ..errors import ModelError
 from ..interrupts import interrupts_held
-from ..linearization import LinearizedSystem, coordinate_transform, linearize
+from ..linearization import (
+    LinearizedSystem,
+    coordinate_transform,
+    linearize,
+    round_off_force,
+)
 from ..orders import STANDS_STILL, free_motions
 from ..parameters import Drivetrain
 from .mesh_excitation import MeshLaw
@@ -41,6 +46,7 @@ SHARES = tuple(0.5**k for k in range(8))  # of a Newton step
 MAX_NEWTON = 50
 CARRIES_NOTHING = 1e-9  # of the load: a mesh force that is round-off
 UNBALANCED = 1e-9  # of the load: work on a free motion that round-off explains
+UNSTABLE = 1e-10  # of a stiffness scaled to 1: below is round-off of the free rotation
 RESIDUAL = 1e-7  # of the load; round-off of the stiffest bearings leaves 1e-9
 
 
@@ -118,12 +124,15 @@ def static_state(
         mesh.name: _pressed(laws[mesh.name], float(side))
         for mesh, side in zip(played, sides, strict=True)
     }
-    motion, left = _settle(build_drivetrain(drivetrain, pressed), linear.mass, free, load, motion)
-    residual = float(np.abs(left).max() / np.abs(load).max())
-    if not residual <= RESIDUAL:
+    closed = build_drivetrain(drivetrain, pressed)
+    motion, left = _settle(closed, linear.mass, free, load, motion)
+    residual = float(np.abs(left).max())
+    # What stiff springs' forces are known to is no imbalance.
+    allowed = RESIDUAL * float(np.abs(load).max()) + round_off_force(closed)
+    if not residual <= allowed:
         raise ModelError(
             f"static state under the preload: no equilibrium; exudyn's residual stays at "
-            f"{residual:.1e} of the load ({RESIDUAL:g} allowed): the load moves gears out of mesh, "
+            f"{residual:.1e} N ({allowed:.1e} N allowed): the load moves gears out of mesh, "
             "or bearings are too soft for it; check their stiffness, or give a smaller torque"
         )
     system = build_drivetrain(drivetrain, at_mean(laws))
@@ -135,7 +144,9 @@ def static_state(
                 "undeformed geometry; the deflections decide on its contact: give another torque, "
                 "or less backlash"
             )
-    return StaticState(motion, forces, linearized_at(system, motion))
+    loaded = linearized_at(system, motion)
+    _check_stable(loaded)
+    return StaticState(motion, forces, loaded)
 
 
 @dataclass(frozen=True)
@@ -322,7 +333,7 @@ def _settle(
 
 def linearized_at(system: MultibodySystem, motion: FloatArray) -> LinearizedSystem:
     """M, C and K about a position (n_dof,)."""
-    with _placed(system, motion):
+    with placed(system, motion):
         return linearize(system)
 
 
@@ -333,13 +344,27 @@ def forces_at(system: MultibodySystem, motion: FloatArray) -> FloatArray:
     settings.solution.file.write = False
     settings.staticSolver.verboseMode = 0
     solver: Any = exu.MainSolverStatic()
-    with interrupts_held(mbs), _placed(system, motion):
+    with interrupts_held(mbs), placed(system, motion):
         solver.InitializeSolver(mbs, settings)
         solver.ComputeODE2RHS(mbs)
         forces = np.asarray(solver.GetSystemResidual())[: len(transform)]
         solver.FinalizeSolver(mbs, settings)
     on_dofs: FloatArray = transform.T @ forces
     return on_dofs
+
+
+def _check_stable(linear: LinearizedSystem) -> None:
+    """Refuse an equilibrium from which the load pushes gears aside: K has a negative eigenvalue."""
+    scale = np.sqrt(np.abs(np.diag(linear.stiffness)))
+    scale[scale == 0.0] = 1.0
+    values, shapes = np.linalg.eigh(linear.stiffness / np.outer(scale, scale))
+    if values[0] < -UNSTABLE:
+        dof = linear.dofs[int(np.abs(shapes[:, 0]).argmax())]
+        raise ModelError(
+            f"static state under the preload: not stable; mesh forces push {dof} aside, against "
+            "bearings softer than force over length of the line of action: stiffen them, or give "
+            "a smaller torque"
+        )
 
 
 def _mesh_states(
@@ -356,8 +381,8 @@ def _mesh_states(
 
 
 @contextmanager
-def _placed(system: MultibodySystem, motion: FloatArray) -> Iterator[None]:
-    """The system with its initial state in a position; as built afterwards."""
+def placed(system: MultibodySystem, motion: FloatArray) -> Iterator[None]:
+    """The system with its initial state in a position (n_dof,); as built afterwards."""
     data, initial = system.mbs.systemData, exu.ConfigurationType.Initial
     as_built = data.GetODE2Coordinates(initial)
     data.SetODE2Coordinates((coordinate_transform(system) @ motion).tolist(), initial)

@@ -17,7 +17,7 @@ from mbs_models.parameters import Drivetrain
 from mbs_models.sanity.neighbours import suspicious_stiffnesses
 from tests.strategies import drivetrains, paper, with_coupling, with_stage
 from validation import equations, multibody
-from validation.cross_check import cross_check, model_warnings
+from validation.comparison import cross_check, model_warnings
 from validation.metrics import scaled_error
 from validation.results import Band
 from validation.routes import build_model, couple_stages, exudyn_source

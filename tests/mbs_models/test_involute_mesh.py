@@ -18,7 +18,7 @@ from mbs_models.meshing.involute_mesh import (
     curvature,
     gradient,
     mesh_motion,
-    transverse_deflection,
+    transverse_mesh,
 )
 from mbs_models.meshing.operating_point import operating_point
 from mbs_models.meshing.static_state import forces_at
@@ -71,7 +71,7 @@ def belt(pair: InvolutePair, shift: FloatArray) -> float:
 def test_the_deflection_is_the_belts(pair: InvolutePair, shift: list[float], turn: float) -> None:
     moved = pair.base_sum / 20.0 * np.array(shift)
     angles = turn, -0.7 * turn
-    found = transverse_deflection(math, pair, moved[0], moved[1], *angles)
+    found = transverse_mesh(pair, math)(moved[0], moved[1], *angles)
     rolled = pair.facing * (pair.radii[0] * angles[0] + pair.kind * pair.radii[1] * angles[1])
     expected = rolled - (belt(pair, moved) - belt(pair, np.zeros(2)))
     period = 2.0 * math.pi * pair.base_sum  # the oracle's angles jump at half a turn
@@ -95,8 +95,8 @@ def test_row_and_curvature_are_the_derivatives(
     at = 0.01 * scale * np.array(data.draw(shifts(2 * size, 1.0)))
 
     def row(q: FloatArray) -> tuple[FloatArray, float, tuple[float, float, float]]:
-        _, n_x, n_y, length = transverse_deflection(
-            math, pair, q[size] - q[0], q[size + 1] - q[1], q[size - 1], q[-1]
+        _, n_x, n_y, length = transverse_mesh(pair, math)(
+            q[size] - q[0], q[size + 1] - q[1], q[size - 1], q[-1]
         )
         value = mesh_motion(pair, q[None], np.zeros((1, 2 * size)))[0][0]
         return np.array(gradient(pair, n_x, n_y, size)), value, (n_x, n_y, length)
@@ -132,7 +132,7 @@ def test_a_pair_carried_round_strains_nothing(pair: InvolutePair, turn: float) -
     cos, sin = math.cos(turn), math.sin(turn)
     x, y = pair.centre
     moved = cos * x - sin * y - x, sin * x + cos * y - y
-    found = transverse_deflection(math, pair, *moved, turn, turn)[0]
+    found = transverse_mesh(pair, math)(*moved, turn, turn)[0]
     assert abs(found) < 1e-14
 
 

@@ -19,7 +19,7 @@ from mbs_models.mode_kinds import Kind
 from mbs_models.model_file import load
 from mbs_models.parameters import PlanetaryStage
 from mbs_models.time_integration import simulate
-from tests.geared import TEETH, lin_parker, speed_for
+from tests.geared import TEETH, family_amplitudes, lin_parker, speed_for
 
 TURN = 2.0 * math.pi
 
@@ -182,31 +182,6 @@ def test_unequal_planets_have_no_phasing() -> None:
 
 
 # In exudyn
-
-
-def family_amplitudes(labels: tuple[str, ...], motion: Any, planets: int) -> dict[Kind, float]:
-    """Size of a motion (n_dof,) in each family, by projection (Lin & Parker 1999).
-
-    Rotational: rotations of the central members and the planets' mean; translational: their
-    translations and the planets' cos φ_p and sin φ_p; planet modes: the rest of the planets.
-    """
-    part = dict(zip(labels, motion, strict=True))
-    angles = TURN * np.arange(planets) / planets
-    size = dict.fromkeys((Kind.ROTATIONAL, Kind.TRANSLATIONAL, Kind.PLANET), 0.0)
-    for body in ("sun", "ring", "carrier"):
-        size[Kind.ROTATIONAL] += abs(part[f"planetary.{body}.w"]) ** 2
-        for dof in "uv":
-            size[Kind.TRANSLATIONAL] += abs(part[f"planetary.{body}.{dof}"]) ** 2
-    first = np.stack([np.cos(angles), np.sin(angles)]) * np.sqrt(2.0 / planets)
-    for dof in "uvw":
-        own = np.array([part[f"planetary.planet{p + 1}.{dof}"] for p in range(planets)])
-        mean = own.mean()
-        turned = first @ own
-        size[Kind.ROTATIONAL] += planets * abs(mean) ** 2
-        size[Kind.TRANSLATIONAL] += float(np.sum(np.abs(turned) ** 2))
-        rest = own - mean - first.T @ turned
-        size[Kind.PLANET] += float(np.sum(np.abs(rest) ** 2))
-    return {kind: math.sqrt(value) for kind, value in size.items()}
 
 
 @pytest.mark.parametrize("planets", sorted(TEETH))

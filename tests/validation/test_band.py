@@ -15,7 +15,7 @@ from fbs.frf import axis_ends, frequency_axis
 from mbs_models.model_file import load, preset_names
 from tests.validation.command_line import call
 from validation import memory
-from validation.cross_check import report_pairs
+from validation.comparison import report_pairs
 from validation.errors import CommandError
 from validation.results import Band, band
 from validation.routes import EQUATIONS, build_model, comparison_routes

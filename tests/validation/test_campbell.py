@@ -15,7 +15,7 @@ from mbs_models.parameters import Drivetrain
 from tests.geared import lin_parker, speed_for
 from tests.strategies import changed, paper
 from tests.validation.command_line import call
-from validation.cross_check import cross_check
+from validation.comparison import cross_check
 from validation.report.campbell import Campbell, draw_campbell
 from validation.report.campbell_figure import campbell_figure
 from validation.resonances import crossings_document, margins_document, resonances

@@ -53,7 +53,7 @@ def test_run_catches_a_wrong_model(
         lambda d: equations.drivetrain_system(perturbed_bearing(d)),
         lambda d, name: equations.stage_system(perturbed_bearing(d), name),
     )
-    monkeypatch.setattr("validation.cross_check.EQUATIONS", wrong)
+    monkeypatch.setattr("validation.comparison.EQUATIONS", wrong)
     assert call("run", "--out", str(tmp_path), *BAND) == 1
     printed = capsys.readouterr().out
     assert "DISAGREE" in printed

@@ -13,7 +13,7 @@ from mbs_models.model_file import load
 from mbs_models.parameters import Drivetrain
 from tests.strategies import changed, damped, paper, with_coupling, with_stage
 from validation import equations
-from validation.cross_check import cross_check
+from validation.comparison import cross_check
 from validation.results import Band, CrossCheck
 from validation.routes import Source, exudyn_source
 

@@ -12,7 +12,7 @@ from mbs_models.errors import OrbitError
 from mbs_models.model_file import dumps, load
 from tests.strategies import changed
 from tests.validation.command_line import call
-from validation.cross_check import cross_check
+from validation.comparison import cross_check
 from validation.judged import judged, known, percent, within_range
 from validation.results import Band
 from validation.time_domain import time_domain
@@ -98,7 +98,7 @@ def test_an_orbit_that_does_not_close_is_told_on_the_screen(
     def open_orbit(*arguments: object, **options: object) -> None:
         raise OrbitError("the periodic orbit does not close")
 
-    monkeypatch.setattr("validation.cross_check.time_domain", open_orbit)
+    monkeypatch.setattr("validation.comparison.time_domain", open_orbit)
     stage = load("lin-parker-3").stage("planetary").model_dump(by_alias=True, exclude_unset=True)
     apart = changed(load("lin-parker-3"), stage=[stage, stage | {"name": "second"}], coupling=[])
     path = tmp_path / "apart.toml"

@@ -54,10 +54,8 @@ def test_the_steady_state_satisfies_the_equation_of_motion(planets: int) -> None
     terms = [acceleration @ system.mass, rate @ system.damping.T, q @ system.stiffness]
     for spring in model.springs:
         law = point.laws[spring.name]
-        turns = [law.turns(t) for t in times]
-        kappa = np.array([law.stiffness.value(turn) for turn in turns])
-        error = np.array([law.transmission_error.value(turn) for turn in turns])
-        slope = law.frequency * np.array([law.transmission_error.slope(turn) for turn in turns])
+        kappa = law.relative_stiffness(times) - 1.0
+        error, slope = law.error(times)
         pressed = spring.static_force / spring.stiffness + q @ spring.vector - error
         force = spring.stiffness * (kappa * pressed - error) - spring.damping * slope
         terms.append(np.outer(force, spring.vector))

@@ -18,7 +18,7 @@ from mbs_models.parameters import Drivetrain
 from tests.strategies import damped, paper, with_coupling, with_stage
 from tests.validation.command_line import call
 from validation import multibody
-from validation.cross_check import cross_check
+from validation.comparison import cross_check
 from validation.errors import CommandError
 from validation.peaks import Peak, Resonance, find, match, merge
 from validation.replacement import interface_labels, read_replacements

@@ -16,7 +16,7 @@ import pytest
 from mbs_models.model_file import dumps, load, loads
 from mbs_models.parameters import Drivetrain, ParallelStage
 from validation import equations
-from validation.cross_check import cross_check
+from validation.comparison import cross_check
 from validation.report import ReportError, write_report
 from validation.report.curves import extremes, largest
 from validation.report.html import scientific

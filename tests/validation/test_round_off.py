@@ -15,7 +15,7 @@ from mbs_models.model_file import load, template
 from mbs_models.modes import drivetrain_modes, eigenvalue_error
 from tests.strategies import with_coupling
 from tests.validation.command_line import call
-from validation.cross_check import cross_check
+from validation.comparison import cross_check
 from validation.metrics import subspace_mac
 from validation.modes import equation_modes, known_to, round_off_warnings
 from validation.pole_checks import KNOWN, MAC_TOLERANCE, allowed_mac_defects

@@ -14,6 +14,7 @@ from mbs_models.model_file import dumps
 
 from ..results import Check, CrossCheck, FrfComparison, PoleRow, TimeDomain
 from .anatomy import draw_anatomy, first_shown, kinds_drawn, short_frequency
+from .digits import engineering
 from .error_figures import largest_error, worst_comparison
 from .figures import draw_figures
 from .provenance import Provenance
@@ -97,7 +98,9 @@ def environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    templates.filters.update(scientific=scientific, hertz=hertz, count=grouped)
+    templates.filters.update(
+        scientific=scientific, hertz=hertz, count=grouped, engineering=engineering
+    )
     return templates
 
 

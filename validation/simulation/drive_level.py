@@ -139,6 +139,8 @@ def drive_levels(
     responses: Sequence[str],
     point: OperatingPoint | None = None,
     progress: Progress | None = None,
+    *,
+    reverse: bool = True,
 ) -> DriveLevels:
     """Run a multisine at several levels, each from the linear orbit at that level.
 
@@ -156,6 +158,9 @@ def drive_levels(
         DoFs.
     point
         Preload and backlash; meshes that vary in time are refused, for they excite by themselves.
+    reverse
+        Whether each level is run with the force reversed as well, which takes out what does not
+        change its sign.
 
     Raises
     ------
@@ -171,7 +176,15 @@ def drive_levels(
             progress("drive levels", number, len(factors))
         found.append(
             _level(
-                drivetrain, system, scaled, factor, integrator, sampling_frequency, responses, point
+                drivetrain,
+                system,
+                scaled,
+                factor,
+                integrator,
+                sampling_frequency,
+                responses,
+                point,
+                reverse,
             )
         )
     if progress is not None:
@@ -215,6 +228,7 @@ def _level(
     sampling_frequency: float,
     responses: Sequence[str],
     point: OperatingPoint | None,
+    reverse: bool,
 ) -> Level:
     signal = excitation.signal
     linear = point.linear if point else linearize(system)
@@ -243,8 +257,9 @@ def _level(
         return record.velocity
 
     try:
-        # What changes sign with the force, as in a run at one level.
-        velocity = odd_part(run(excitation, 1.0), run(reversed_excitation(excitation), -1.0))
+        velocity = run(excitation, 1.0)
+        if reverse:
+            velocity = odd_part(velocity, run(reversed_excitation(excitation), -1.0))
     except SimulationError:
         return Level(factor, *levels, None, np.inf)
     steady = Record(

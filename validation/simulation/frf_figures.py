@@ -16,6 +16,7 @@ from matplotlib.ticker import EngFormatter, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from ..report.curves import extremes, largest
+from ..report.digits import engineering
 from ..report.style import (
     BLUE,
     CURVE_COLUMNS,
@@ -30,7 +31,6 @@ from ..report.style import (
     styled,
     svg,
 )
-from .record_figures import engineering
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import eigh
 
 from fbs.floquet import stability_by_period
 from fbs.spectra import Spectrum, amplitude_spectrum, line_amplitudes
+from mbs_models.drivetrain import build_drivetrain
 from mbs_models.errors import ModelError
 from mbs_models.integration.transient_record import TransientRecord
+from mbs_models.linearization import linearize
 from mbs_models.meshing.gear_lines import (
     MeasuredLine,
     MeshTone,
@@ -24,9 +27,11 @@ from mbs_models.meshing.gear_response import MeshLoad, mesh_loads
 from mbs_models.meshing.mesh_phasing import Phasing, phasing
 from mbs_models.meshing.operating_point import OperatingPoint, families
 from mbs_models.meshing.sidebands import expected_sidebands, passing_window, ring_sensor
+from mbs_models.mode_kinds import rigid_body_count
 from mbs_models.parameters import Drivetrain, PlanetaryStage
 
 from ..periodic_meshes import parametric
+from ..report.digits import engineering
 
 FloatArray = NDArray[np.float64]
 
@@ -127,6 +132,8 @@ class GearRun:
         Stage → what each harmonic of its mesh excites, where tooth numbers tell.
     stability
         By Floquet theory, one for each group of stages whose meshes share a period.
+    frequencies_at_rest, frequencies_loaded
+        Natural frequencies of the elastic modes (Hz), as built and under the torque.
     """
 
     point: OperatingPoint
@@ -137,11 +144,31 @@ class GearRun:
     sensors: tuple[RingSensor, ...]
     phasing: Mapping[str, tuple[Phasing, ...]]
     stability: tuple[Stability, ...] = ()
+    frequencies_at_rest: FloatArray = field(default_factory=lambda: np.zeros(0))
+    frequencies_loaded: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def loaded_in_words(self) -> str:
+        """What the torque does to natural frequencies, in a sentence; empty without one."""
+        if not self.point.torque or not len(self.frequencies_at_rest):
+            return ""
+        change = self.frequencies_loaded / self.frequencies_at_rest - 1.0
+        most = int(np.abs(change).argmax())
+        return (
+            f"Linearised under {engineering(self.point.torque, 'N m')}, natural frequencies change "
+            f"by {change[most]:+.2g} at most (relative; {self.frequencies_at_rest[most]:.5g} Hz at "
+            f"rest, {self.frequencies_loaded[most]:.5g} Hz under load)."
+        )
 
     @property
     def excites(self) -> bool:
         """Whether any mesh varies: else every mesh carries its static force, and nothing moves."""
         return any(law.varies for law in self.point.laws.values())
+
+    @property
+    def says_nothing_excites(self) -> bool:
+        """Whether that is worth a word: at speed, not where the meshes stand still."""
+        return self.point.speed_rpm is not None and not self.excites
 
 
 def gear_run(
@@ -165,8 +192,12 @@ def gear_run(
     assert measured.contact is not None
     loads = mesh_loads(record.meshes, forces, measured.contact)
     tones = mesh_tones(drivetrain, point.mesh_frequencies, point.speeds)
+    at_rest, loaded = _frequencies(drivetrain, point)
     if not (tones and any(law.varies for law in point.laws.values())):
-        return GearRun(point, loads, forces, None, {}, (), {})
+        return GearRun(
+            point, loads, forces, None, {}, (), {},
+            frequencies_at_rest=at_rest, frequencies_loaded=loaded,
+        )  # fmt: skip
     length = min(len(forces), LONGEST_SPECTRUM)
     spectrum = amplitude_spectrum(forces, rate, resolution=rate / length)
     named = gear_lines(tones, harmonics=HARMONICS, sidebands=0, highest=rate / 2.0)
@@ -180,7 +211,22 @@ def gear_run(
         sensors=tuple(_sensors(drivetrain, point, measured.span(len(forces) - length), tones)),
         phasing=_phasing(drivetrain, point),
         stability=_stability(drivetrain, point),
+        frequencies_at_rest=at_rest,
+        frequencies_loaded=loaded,
     )
+
+
+def _frequencies(drivetrain: Drivetrain, point: OperatingPoint) -> tuple[FloatArray, FloatArray]:
+    """Elastic modes' natural frequencies (Hz), at rest and under the torque."""
+    rest = linearize(build_drivetrain(drivetrain))
+    rigid = rigid_body_count(rest.stiffness)
+    squares = [
+        eigh(linear.stiffness, linear.mass, eigvals_only=True)[rigid:]
+        for linear in (rest, point.linear)
+    ]
+    # An equilibrium is stable, or there is no operating point: what is below 0 is round-off.
+    at_rest, loaded = (np.sqrt(np.maximum(values, 0.0)) / (2.0 * np.pi) for values in squares)
+    return at_rest, loaded
 
 
 def _stability(drivetrain: Drivetrain, point: OperatingPoint) -> tuple[Stability, ...]:
@@ -224,7 +270,7 @@ def _sensors(
         if not isinstance(stage, PlanetaryStage) or tone is None or phases is None:
             continue
         turns = abs(tone.carrier_frequency) * record.n_samples / record.sampling_frequency
-        if turns >= LEAST_TURNS:
+        if turns >= LEAST_TURNS and tone.mesh_frequency < record.sampling_frequency / 2.0:
             found.append(_sensor(stage, tone, phases.ring, record))
     return found
 
@@ -248,7 +294,9 @@ def _sensor(
         sidebands=PASSES * stage.planet_count,
         highest=rate / 2.0,
     )
-    harmonics = np.arange(1, HARMONICS + 1)
+    # What the record is too slow for is in no line of it.
+    highest = math.ceil(rate / 2.0 / tone.mesh_frequency) - 1
+    harmonics = np.arange(1, min(HARMONICS, highest) + 1)
     mesh = line_amplitudes(forces[:, 0], rate, harmonics * tone.mesh_frequency)
     # Phases are counted from the start of the run, where the carrier is at 0.
     mesh = mesh * np.exp(-2j * np.pi * harmonics * tone.mesh_frequency * time[0])

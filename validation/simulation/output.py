@@ -244,6 +244,10 @@ def _gears(found: Simulation) -> dict[str, Any] | None:
         "speed_rpm": gears.point.speed_rpm,
         "torque_nm": gears.point.torque,
         "mesh_frequencies_hz": dict(gears.point.mesh_frequencies),
+        "natural_frequencies_hz": {
+            "at_rest": rounded(gears.frequencies_at_rest, 9),
+            "under_torque": rounded(gears.frequencies_loaded, 9),
+        },
         "stability": [stability.in_words for stability in gears.stability],
         "meshes": [
             {

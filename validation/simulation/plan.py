@@ -13,7 +13,10 @@ from mbs_models.errors import ModelError
 from mbs_models.excitation import Excitation, check_record
 from mbs_models.integration.integrators import (
     KNOWN_BEND,
+    PARTING_STEP_COST,
+    STEP_COST,
     TRAPEZOIDAL,
+    VARYING_STEP_COST,
     Integrator,
     choose_integrator,
 )
@@ -84,7 +87,7 @@ def plan(linear: LinearizedSystem, request: Request, point: OperatingPoint | Non
     fmax = _fmax(request, point)
     period = _common_period(request.excitations)
     bend = SEEN_BEND if _turns(point) else KNOWN_BEND
-    integrator, rate = _integrator(linear, request, fmax, period, bend)
+    integrator, rate = _integrator(linear, request, fmax, period, bend, _step_cost(point))
     static = np.zeros(len(linear.dofs)) if point is None else point.displacement
     dynamic = _steady_start(linear, request.excitations, integrator)
     duration, run_in = _duration(request, point, period, slowest_decay(linear, fmax))
@@ -103,21 +106,39 @@ def _check_dofs(linear: LinearizedSystem, request: Request) -> None:
 def _fmax(request: Request, point: OperatingPoint | None) -> float:
     """End of the band of interest (Hz)."""
     highest = max((excitation.signal.band[1] for excitation in request.excitations), default=0.0)
+    fastest = max(point.mesh_frequencies.values(), default=0.0) if point is not None else 0.0
     if request.fmax is not None:
         if not request.fmax >= highest:
             raise ModelError(
                 f"fmax = {request.fmax:g} Hz: the excitation reaches {highest:g} Hz; give at least "
                 "that, or leave fmax out"
             )
+        if not request.fmax >= fastest:
+            raise ModelError(
+                f"fmax = {request.fmax:g} Hz: teeth pass at {fastest:g} Hz; give at least that, or "
+                "leave fmax out"
+            )
         return request.fmax
+    return max(highest, excited_by_meshes(point), 0.0 if highest else LOWEST_FMAX)
+
+
+def excited_by_meshes(point: OperatingPoint | None) -> float:
+    """How far up meshes excite (Hz); 0 where none turns."""
     meshes = point.mesh_frequencies.values() if point is not None else ()
-    of_meshes = MESH_HARMONICS * max(meshes, default=0.0)
-    return max(highest, of_meshes, 0.0 if highest else LOWEST_FMAX)
+    return MESH_HARMONICS * max(meshes, default=0.0)
 
 
 def _turns(point: OperatingPoint | None) -> bool:
     """Whether gears turn."""
     return point is not None and bool(point.mesh_frequencies)
+
+
+def _step_cost(point: OperatingPoint | None) -> float:
+    """What a step of RK44 costs, in the trapezoidal rule's."""
+    laws = point.laws.values() if point is not None else ()
+    if any(law.backlash for law in laws):
+        return PARTING_STEP_COST
+    return VARYING_STEP_COST if any(law.varies for law in laws) else STEP_COST
 
 
 def _common_period(excitations: Sequence[Excitation[Signal]]) -> float | None:
@@ -140,6 +161,7 @@ def _integrator(
     fmax: float,
     period: float | None,
     bend: float,
+    step_cost: float,
 ) -> tuple[Integrator, float]:
     """Integrator and sampling frequency; a period is a whole number of samples."""
 
@@ -151,6 +173,7 @@ def _integrator(
             method=request.integrator,
             step=request.step,
             bend=bend,
+            step_cost=step_cost,
         )
 
     if request.sampling_frequency is not None:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from mbs_models.meshing.gear_response import MeshLoad
 
 from ..report.curves import extremes
+from ..report.digits import engineering
 from ..report.style import (
     BLUE,
     CURVE_COLUMNS,
@@ -235,11 +236,6 @@ def rms_figure(name: str, rms: Mapping[str, Mapping[str, float]], unit: str) -> 
 
 
 _MARKERS = ("o", "s", "D", "^", "v", "P")
-
-
-def engineering(value: float, unit: str) -> str:
-    """Three digits and a prefix: 1.23 kN."""
-    return str(EngFormatter(unit)(float(f"{value:.3g}")))
 
 
 def mesh_figure(name: str, time: FloatArray, forces: FloatArray, loads: Sequence[MeshLoad]) -> str:

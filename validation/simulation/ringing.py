@@ -18,6 +18,7 @@ FloatArray = NDArray[np.float64]
 LOOKED_AT = 1 << 16  # samples at the end of a record
 # RMS of (a_k+1 − a_k)/2 over that of a: 1 for what alternates, sin(πf/fs) for a sine.
 ALTERNATES = 0.9
+ROUNDINGS = 100.0  # in a step of a body's equation
 
 
 def ringing(record: TransientRecord) -> tuple[str, ...]:
@@ -27,7 +28,16 @@ def ringing(record: TransientRecord) -> tuple[str, ...]:
     end = np.asarray(record.acceleration[-LOOKED_AT:])
     size = end.std(axis=0)
     steps = np.diff(end, axis=0).std(axis=0) / 2.0
-    return tuple(np.array(record.labels)[(size > 0.0) & (steps > ALTERNATES * size)].tolist())
+    rings = (size > _round_off(record)) & (steps > ALTERNATES * size)
+    return tuple(np.array(record.labels)[rings].tolist())
+
+
+def _round_off(record: TransientRecord) -> float:
+    """ε x/h² of the largest displacement x: accelerations of a drivetrain that hardly moves."""
+    if record.displacement is None:
+        return 0.0
+    largest = float(np.abs(np.asarray(record.displacement[-LOOKED_AT:])).max())
+    return ROUNDINGS * float(np.finfo(float).eps) * largest / record.integrator.step**2
 
 
 def ringing_warning(labels: tuple[str, ...]) -> tuple[str, ...]:

@@ -34,7 +34,7 @@ from .estimates import (
 )
 from .gear_run import gear_run
 from .long_records import channels, odd_channels
-from .plan import Plan, plan
+from .plan import Plan, excited_by_meshes, plan
 from .proof import run_checks
 from .results import Request, Simulation
 from .reversal import reversed_excitation
@@ -137,7 +137,7 @@ class PlannedRun:
             self.point,
             record,
             self.plan.run_in,
-            self.plan.fmax,
+            max(self.plan.fmax, excited_by_meshes(self.point)),
             excited=bool(self.request.excitations),
         )
 
@@ -245,6 +245,7 @@ class PlannedRun:
             self.request.responses or self.linear.dofs,
             self.point,
             self.progress,
+            reverse=self.request.reverse,
         )
 
     def _hints(self, checks: tuple[Check, ...]) -> tuple[str, ...]:

@@ -6,6 +6,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from ..report.digits import engineering
 from .gear_run import NOTHING_EXCITES
 from .in_words import in_words
 from .results import Simulation
@@ -62,25 +63,29 @@ def _verdicts(found: Simulation, console: Console) -> None:
 def _meshes(found: Simulation, console: Console) -> None:
     gears = found.gears
     assert gears is not None
-    if not gears.excites:
+    if gears.says_nothing_excites:
         print(NOTHING_EXCITES)
     for stage, frequency in gears.point.mesh_frequencies.items():
         print(f"Mesh frequency of {stage}: {frequency:.4g} Hz")
     table = Table(title="Mesh forces", title_justify="left")
     table.add_column("mesh")
-    for header in ("mean, N", "largest, N", "rms about mean, N", "dynamic factor", "apart"):
+    for header in ("mean", "largest", "rms about mean", "dynamic factor", "apart"):
         table.add_column(header, justify="right")
     for load in gears.loads:
         factor = load.dynamic_factor
         table.add_row(
             load.name,
-            f"{load.mean:.4g}",
-            f"{load.largest:.4g}",
-            f"{load.rms:.3g}",
+            engineering(load.mean, "N", 4),
+            engineering(load.largest, "N", 4),
+            engineering(load.rms, "N"),
             "–" if factor is None else f"{factor:.3f}",
             f"{load.open_share:.1%}",
         )
     console.print(table)
+    if gears.loaded_in_words:
+        print(gears.loaded_in_words)
+    for stability in gears.stability:
+        print(stability.in_words)
     for sensor in gears.sensors:
         print(
             f"Sidebands at the ring of {sensor.stage}: as theory puts them to "

@@ -173,7 +173,7 @@ def _gears(found: Simulation, gears: GearRun) -> Iterator[Section]:
         "meshes",
         "Mesh forces",
         (
-            *([] if gears.excites else [NOTHING_EXCITES]),
+            *([NOTHING_EXCITES] if gears.says_nothing_excites else []),
             "Force of each mesh along its line of action, positive where the loaded flanks press; "
             "the dynamic factor is the largest force over the mean one.",
         ),

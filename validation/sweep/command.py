@@ -8,9 +8,9 @@ from mbs_models.parameters import Drivetrain
 
 from .. import screen
 from ..errors import CommandError
+from ..executors import opened
 from ..interruption import on_interrupt
 from ..report.provenance import provenance
-from .executors import opened
 from .figures import pictures
 from .output import Pieces, Sweep, make_directory, write_sweep
 from .parameters import Design

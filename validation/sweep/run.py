@@ -9,15 +9,8 @@ import json
 import math
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import (
-    FIRST_COMPLETED,
-    BrokenExecutor,
-    Executor,
-    Future,
-    wait,
-)
 from dataclasses import replace
-from itertools import islice
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -26,9 +19,10 @@ from numpy.typing import NDArray
 from mbs_models.parameters import Drivetrain
 
 from ..errors import CommandError
+from ..executors import Workers
 from ..memory import MOST_BYTES
+from ..pieces import Work, computed
 from ..results import Band
-from .executors import Workers, process_pool
 from .metrics import metrics
 from .parameters import Design, Values, model_data
 from .sample import evaluate
@@ -38,8 +32,6 @@ Progress = Callable[[str, int, int], None]
 FloatArray = NDArray[np.float64]
 
 CHUNK = 10  # samples handed to a worker, and kept on disk, at a time
-IN_FLIGHT = 64  # pieces handed out at a time, at least, so that results never pile up
-POLL = 10.0  # seconds without a result until an executor is asked whether it is still there
 HERE = Workers()
 WORTH_A_PROCESS = 200  # samples that each take an eigensolution or a base FRF
 
@@ -218,90 +210,14 @@ def _stored_or_computed(
         if piece is not None:
             del missing[key]
             yield key, piece, False
-    for key, piece in _computed(task, missing, workers, warn):
+    for key, piece in computed(_work(task), missing, workers, warn):
         yield key, piece, True
 
 
-def _computed(
-    task: Task,
-    pieces: Mapping[str, tuple[Values, ...]],
-    workers: Workers,
-    warn: Callable[[str], None],
-) -> Iterator[tuple[str, Outcome]]:
-    executor = workers.executor
-    if executor is None:
-        for key, samples in pieces.items():
-            yield key, evaluate(task, samples)
-        return
-    in_flight = max(IN_FLIGHT, 4 * workers.count)
-    waiting = iter(pieces.items())
-    running: dict[Future[Outcome], str] = {}
-    lost: dict[str, str] = {}  # and why
-    while True:
-        for key, samples in islice(waiting, in_flight - len(running)):
-            try:
-                running[executor.submit(evaluate, task, samples)] = key
-            except BrokenExecutor as error:
-                lost[key] = _reason(error)
-        if not running:
-            break
-        done = wait(running, timeout=POLL, return_when=FIRST_COMPLETED).done
-        if not done and (why := workers.gone()):
-            lost |= dict.fromkeys(running.values(), why)
-            break
-        for future in done:
-            key = running.pop(future)
-            try:
-                yield key, future.result()
-            except Exception as error:  # each executor has its own for a worker that is gone
-                # what is wrong with the samples themselves shows again below
-                lost[key] = _reason(error)
-    if lost:
-        reason = next(iter(lost.values()))
-        again = {key: pieces[key] for key in (*lost, *(key for key, _ in waiting))}
-        n = sum(map(len, again.values()))
-        warn(f"{n} samples were lost with their workers and are computed again: {reason}")
-        yield from _again(task, again)
-
-
-def _reason(error: Exception) -> str:
-    first, *_ = str(error).splitlines() or [""]
-    return f"{type(error).__name__} {first}".strip()
-
-
-def _again(task: Task, pieces: Mapping[str, tuple[Values, ...]]) -> Iterator[tuple[str, Outcome]]:
-    """Pieces in a process beside this one, sample by sample if it dies of them."""
-    waiting = list(pieces.items())
-    while waiting:
-        with process_pool(1, apart=True) as workers:
-            assert workers.executor is not None
-            _require_start(workers.executor)
-            while waiting:
-                key, samples = waiting.pop(0)
-                try:
-                    piece = workers.executor.submit(evaluate, task, samples).result()
-                except BrokenExecutor:
-                    yield key, joined([_alone(task, values) for values in samples])
-                    break
-                yield key, piece
-
-
-def _require_start(executor: Executor) -> None:
-    """Tell processes that die of their samples from those that never begin."""
-    try:
-        executor.submit(int).result()
-    except BrokenExecutor as error:
-        raise CommandError(
-            "worker processes die as they start; a script that sweeps with processes needs its "
-            "work under `if __name__ == '__main__':`"
-        ) from error
-
-
-def _alone(task: Task, values: Values) -> Outcome:
-    """One sample in a process of its own."""
-    with process_pool(1, apart=True) as workers:
-        assert workers.executor is not None
-        try:
-            return workers.executor.submit(evaluate, task, (values,)).result()
-        except BrokenExecutor:
-            return failed(task, 1, "the process that computed it died")
+def _work(task: Task) -> Work[Values, Outcome]:
+    return Work(
+        partial(evaluate, task),
+        joined,
+        lambda _, why: failed(task, 1, why),
+        "samples",
+    )

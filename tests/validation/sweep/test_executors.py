@@ -22,8 +22,8 @@ import pytest
 from mbs_models.model_file import load
 from validation.cli import main
 from validation.errors import CommandError
+from validation.executors import dask_cluster, mpi_pool, opened, versions
 from validation.results import Band
-from validation.sweep.executors import dask_cluster, mpi_pool, opened, versions
 from validation.sweep.output import FIELDS
 from validation.sweep.parameters import Design, design
 from validation.sweep.run import sweep, task

@@ -19,7 +19,7 @@ from multiprocessing import get_context
 from typing import Any
 from urllib.parse import urlsplit
 
-from ..errors import CommandError
+from .errors import CommandError
 
 KINDS = "processes, serial, mpi, or the scheduler of a dask cluster as tcp://host:port"
 OURS = ("processes", "serial", "mpi")
@@ -270,6 +270,6 @@ def mpi_pool(workers: int | None) -> Iterator[Workers]:
         if not count:
             raise CommandError(
                 "--executor = mpi: there are no other ranks; start with "
-                "'mpiexec -n N python -m mpi4py.futures -m validation.cli sweep …'"
+                "'mpiexec -n N python -m mpi4py.futures -m validation.cli …'"
             )
         yield Workers(pool, count)

@@ -1,0 +1,117 @@
+"""Arguments and options of the command line that several commands share, or that are long."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+
+def named(model: str) -> str:
+    """A preset or a file must have a name."""
+    if not model.strip():
+        raise typer.BadParameter("is empty; must be a preset's name, or the path of a model file")
+    return model
+
+
+def print_version(wanted: bool) -> None:
+    """Say which version this is, and end."""
+    if not wanted:
+        return
+    from importlib.metadata import PackageNotFoundError
+
+    try:
+        from . import __version__
+    except PackageNotFoundError:
+        print("crosscheck, not installed (run from source)")
+    else:
+        print(f"crosscheck {__version__}")
+    raise typer.Exit
+
+
+Version = Annotated[
+    bool,
+    typer.Option(
+        "--version", callback=print_version, is_eager=True, help="Print the version and exit."
+    ),
+]
+Model = Annotated[
+    str,
+    typer.Argument(
+        metavar="MODEL", callback=named, help="A preset's name, or the path of a model file."
+    ),
+]
+Fmin = Annotated[
+    float | None, typer.Option(help="First line, Hz (default: the first multiple of df ≥ 1 Hz).")
+]
+Fmax = Annotated[
+    float | None, typer.Option(help="Last line, Hz (default: the last multiple of df ≤ 15 kHz).")
+]
+Df = Annotated[
+    float | None,
+    typer.Option(help="Step, Hz (default: 1 Hz; coarser if there are many lines or FRFs)."),
+]
+Workers = Annotated[
+    int | None, typer.Option(min=1, help="Processes (default: by how much there is to compute).")
+]
+Executor = Annotated[
+    str | None,
+    typer.Option(
+        help="Who computes: processes, serial, mpi, or a dask scheduler as tcp://host:port."
+    ),
+]
+
+# crosscheck sweep
+Vary = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="PATH=SPEC",
+        help="A parameter, as reducer.pinion.mass, and its values: from:to:N, from:to:Nlog, "
+        "v1,v2,v3, or a tolerance to sample, v±p% (also v+-p%) uniform or v~s% normal; may be "
+        "repeated.",
+    ),
+]
+Metrics = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="METRIC",
+        help="A column of the table: peak[:F1:F2], rms[:F1:F2], mean[:F1:F2], level:F, drop:F "
+        "(below the model as it is), frequency:N, frequency:KIND:N; may be repeated "
+        "(default: peak and rms).",
+    ),
+]
+
+# crosscheck speed
+Speeds = Annotated[
+    str | None,
+    typer.Option(
+        metavar="FROM:TO:STEP",
+        help="Speeds of the input, rpm, or a list as 600,900 (default: the model's speed_range in "
+        "300 speeds).",
+    ),
+]
+Torque = Annotated[float | None, typer.Option(help="At the input, N m (default: the model's).")]
+Responses = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="DOF",
+        help="DoFs whose acceleration is shown (repeat, or separate by commas, or all; default: "
+        "the loudest of every body).",
+    ),
+]
+Harmonics = Annotated[int, typer.Option(min=1, help="Of each mesh frequency, in the steady state.")]
+Checked = Annotated[
+    str | None,
+    typer.Option(
+        metavar="600,1500", help="Speeds, rpm, at which exudyn's time integration is the witness."
+    ),
+]
+
+# crosscheck frf
+Route = Annotated[str, typer.Option(help="exudyn, fbs or equations.")]
+FrfResponses = Annotated[
+    list[str] | None, typer.Option(help="Response DoFs (repeat, or separate by commas), or all.")
+]
+FrfExcitations = Annotated[
+    list[str] | None, typer.Option(help="Excitation DoFs (repeat, or separate by commas), or all.")
+]
