@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import exudyn as exu
@@ -14,6 +14,7 @@ from .interrupts import interrupts_held
 from .representation import counted, html_table, listing
 
 Matrix = NDArray[np.float64]
+Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -76,10 +77,24 @@ def linearize(system: MultibodySystem) -> LinearizedSystem:
 
 def round_off_force(system: MultibodySystem) -> float:
     """ε‖|K||x|‖, x exudyn's reference coordinates: what the springs' forces are known to (N)."""
+    return round_off_forces(system)(0.0)
+
+
+def round_off_forces(system: MultibodySystem) -> Callable[[Vector | float], float]:
+    """ε‖|K|(|x| + |q|)‖ (N) over |q| (n_coordinate,), how far exudyn's coordinates have moved.
+
+    Of an angle that has grown to many turns fewer digits are left for what strains a spring.
+    """
     with interrupts_held(system.mbs):
         _, stiffness, _ = system.mbs.ComputeLinearizedSystem()
-    position = system.mbs.systemData.GetODE2CoordinatesTotal(exu.ConfigurationType.Reference)
-    return float(np.finfo(float).eps * np.linalg.norm(np.abs(stiffness) @ np.abs(position)))
+    stiffness = np.finfo(float).eps * np.abs(stiffness)
+    total = system.mbs.systemData.GetODE2CoordinatesTotal(exu.ConfigurationType.Reference)
+    position = np.abs(total)
+
+    def force(moved: Vector | float) -> float:
+        return float(np.linalg.norm(stiffness @ (position + moved)))
+
+    return force
 
 
 def coordinate_transform(system: MultibodySystem) -> Matrix:

@@ -51,7 +51,7 @@ from .integration.transient_record import (
     TransientRecord,
 )
 from .interrupts import interrupts_held
-from .linearization import coordinate_transform, linearize, round_off_force
+from .linearization import coordinate_transform, linearize, round_off_forces
 from .meshing.mesh_records import mesh_records
 from .signals.lines import Signal
 
@@ -183,7 +183,7 @@ class _Run:
         self.labels = self.dofs if responses is None else tuple(responses)
         self._reading = _reading(system, self.labels)
         self._linear = linearize(system)
-        self._round_off = round_off_force(system)
+        self._round_off = round_off_forces(system)
         per_step = INSTANTS_PER_STEP[integrator.name]
         self.loads = Loads(system, excitations, self._step_rate, per_step)
         derivatives = [MOTIONS.index(what) for what in recorded if what in MOTIONS]
@@ -241,7 +241,8 @@ class _Run:
         integration = settings.timeIntegration
         integration.generalizedAlpha.computeInitialAccelerations = False  # the state has them
         integration.newton.relativeTolerance = NEWTON_TOLERANCE
-        integration.newton.absoluteTolerance = ROUND_OFF_FORCES * self._round_off
+        reach = np.abs(state[0]) + np.abs(state[1]) * steps / self._step_rate
+        integration.newton.absoluteTolerance = ROUND_OFF_FORCES * self._round_off(reach)
         # Over the kink of a backlash modified Newton may not converge.
         integration.newton.useModifiedNewton = not self.system.has_backlash
         _set_state(self.system, state)
