@@ -30,12 +30,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .components import Components
-from .mode_kinds import Kind, Modes, mode_groups
+from .mode_kinds import Kind, Mode, Modes, mode_groups
 from .orders import Order
 
 FloatArray = NDArray[np.float64]
 
-LEAST_SHARE = 0.01  # of a mode's energy: with less in reach of an order it is no resonance of it
+# Of a mode's energy: with less in reach of an order it is no resonance of it, unless it is so
+# lightly damped that it moves all the same (`least_share`).
+LEAST_SHARE = 0.01
 # A margin of less is called close. API's standards ask 10 % of torsional natural frequencies; at
 # 0.9 and 1.1 of resonance the amplification 1/|1 − (f/f_n)²| is 5.3 and 4.8 whatever the damping
 # (Wang, Feese & Pettinato 2012, Proc. 41st Turbomachinery Symposium).
@@ -60,6 +62,8 @@ class Crossing:
         combination of them has.
     share
         The part of it that the harmonic can reach; the difference is suppressed by phasing.
+    least
+        The share from which on it is a resonance.
     """
 
     speed_rpm: float
@@ -69,16 +73,17 @@ class Crossing:
     harmonic: int
     energy: float
     share: float
+    least: float = LEAST_SHARE
 
     @property
     def telling(self) -> bool:
         """Whether it is a resonance."""
-        return self.share >= LEAST_SHARE
+        return self.share >= self.least
 
     @property
     def suppressed(self) -> bool:
         """Whether it would be one if the planets' meshes pushed in any other phase."""
-        return self.energy >= LEAST_SHARE > self.share
+        return self.energy >= self.least > self.share
 
 
 @dataclass(frozen=True)
@@ -223,6 +228,15 @@ def _largest_shares(part: FloatArray, groups: Sequence[tuple[int, ...]]) -> Floa
     return shares
 
 
+def least_share(mode: Mode) -> float:
+    """The share s of a mode's energy from which on an order that reaches it makes it resonate.
+
+    A hundredth, or less of a lightly damped mode: a mesh that closes by e then strains the rest of
+    the drivetrain, where the other 1 − s of the energy is, like e √s/2ζ, which (2ζ)² makes e.
+    """
+    return min(LEAST_SHARE, (2.0 * mode.damping_ratio) ** 2) if mode.damping_ratio else LEAST_SHARE
+
+
 def crossings(
     found: Sequence[Order],
     modes: Modes,
@@ -241,7 +255,16 @@ def crossings(
                 if mode.kind != Kind.RIGID_BODY and first <= speed <= last:
                     energy, share = float(reached.energy[number]), float(reached.share[number])
                     met.append(
-                        Crossing(speed, mode.frequency_hz, number, order, harmonic, energy, share)
+                        Crossing(
+                            speed,
+                            mode.frequency_hz,
+                            number,
+                            order,
+                            harmonic,
+                            energy,
+                            share,
+                            least_share(mode),
+                        )
                     )
     return tuple(sorted(met, key=lambda c: (-round(c.share, 6), -round(c.energy, 6), c.speed_rpm)))
 
@@ -251,8 +274,9 @@ def margins(
 ) -> tuple[Margin, ...]:
     """The nearest resonance of every harmonic of every order, the closest first.
 
-    A resonance is a mode of which the harmonic reaches a hundredth of the energy or more; what
-    phasing suppresses is none. Harmonics without one are left out.
+    A resonance is a mode of which the harmonic reaches a hundredth of the energy or more, or less
+    where damping is light (`least_share`); what phasing suppresses is none. Harmonics without one
+    are left out.
 
     Parameters
     ----------
@@ -271,7 +295,7 @@ def margins(
             candidates = [
                 _margin(order, harmonic, speed_rpm, modes, group, float(share[group[0]]))
                 for group in energies.groups
-                if share[group[0]] >= LEAST_SHARE
+                if share[group[0]] >= least_share(modes.modes[group[0]])
             ]
             nearest += sorted(candidates, key=lambda margin: abs(margin.change))[:1]
     return tuple(sorted(nearest, key=lambda margin: abs(margin.change)))

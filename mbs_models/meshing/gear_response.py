@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +34,8 @@ class MeshLoad:
         Share of the time in which the teeth do not touch.
     reversed_share
         Share of the time in which their backs touch.
+    nothing
+        A mean force of less (N) is round-off.
     """
 
     name: str
@@ -43,16 +45,18 @@ class MeshLoad:
     rms: float
     open_share: float
     reversed_share: float
+    nothing: float = 0.0
 
     @property
     def dynamic_factor(self) -> float | None:
         """K_v = max|F|/|F̄|; None without a mean force."""
         extreme = max(abs(self.largest), abs(self.smallest))
-        return extreme / abs(self.mean) if abs(self.mean) > NO_MEAN * extreme else None
+        none = max(NO_MEAN * extreme, self.nothing)
+        return extreme / abs(self.mean) if abs(self.mean) > none else None
 
 
 def mesh_loads(
-    meshes: Sequence[str], forces: FloatArray, contact: FloatArray
+    meshes: Sequence[str], forces: FloatArray, contact: FloatArray, *, nothing: float = 0.0
 ) -> tuple[MeshLoad, ...]:
     """Mean, extremes, dynamic factor and loss of contact of every mesh.
 
@@ -65,6 +69,8 @@ def mesh_loads(
     contact
         (n, n_mesh) 1 where these touch, −1 where their backs do, 0 where neither: counted on the
         deflection, since a damper may pull or push where teeth hardly touch.
+    nothing
+        A mean force (N) of less is round-off, and no load to refer to.
 
     Raises
     ------
@@ -85,7 +91,9 @@ def mesh_loads(
     columns = zip(
         meshes, mean, largest, smallest, rms, apart / len(forces), backs / len(forces), strict=True
     )
-    return tuple(MeshLoad(name, *map(float, numbers)) for name, *numbers in columns)
+    return tuple(
+        MeshLoad(name, *map(float, numbers), nothing=nothing) for name, *numbers in columns
+    )
 
 
 def rms_per_body(labels: Sequence[str], motion: FloatArray) -> Mapping[str, Mapping[str, float]]:

@@ -65,6 +65,7 @@ def carry_out(options: Options) -> Simulation:
             duration=options.duration,
             sampling_frequency=options.sampling,
             turning=_turns(drivetrain, options),
+            fmax=options.fmax,
         ),
         responses=options.response,
         duration=options.duration,

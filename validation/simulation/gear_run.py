@@ -15,7 +15,7 @@ from fbs.spectra import Spectrum, amplitude_spectrum, line_amplitudes
 from mbs_models.drivetrain import build_drivetrain
 from mbs_models.errors import ModelError
 from mbs_models.integration.transient_record import TransientRecord
-from mbs_models.linearization import linearize
+from mbs_models.linearization import linearize, round_off_force
 from mbs_models.meshing.gear_lines import (
     MeasuredLine,
     MeshTone,
@@ -44,6 +44,7 @@ PASSES = 2  # planet passings either side of a harmonic that are named
 LEAST_TURNS = 4.0  # of a carrier in the measured part: a Hann window's lines are four bins wide
 # Samples transformed at once: spectra of a longer run are averaged, and a sensor hears its end.
 LONGEST_SPECTRUM = 1 << 20
+UNCHANGED = 1e-7  # relative, of a natural frequency
 WINDOW_HARMONICS = 12  # of the transfer path from ring mesh to sensor
 
 
@@ -154,6 +155,11 @@ class GearRun:
             return ""
         change = self.frequencies_loaded / self.frequencies_at_rest - 1.0
         most = int(np.abs(change).argmax())
+        if abs(change[most]) < UNCHANGED:
+            return (
+                f"Linearised under {engineering(self.point.torque, 'N m')}, natural frequencies do "
+                "not change."
+            )
         return (
             f"Linearised under {engineering(self.point.torque, 'N m')}, natural frequencies change "
             f"by {change[most]:+.2g} at most (relative; {self.frequencies_at_rest[most]:.5g} Hz at "
@@ -190,7 +196,8 @@ def gear_run(
     assert measured.mesh_forces is not None
     forces, rate = np.asarray(measured.mesh_forces), record.sampling_frequency
     assert measured.contact is not None
-    loads = mesh_loads(record.meshes, forces, measured.contact)
+    nothing = round_off_force(build_drivetrain(drivetrain))
+    loads = mesh_loads(record.meshes, forces, measured.contact, nothing=nothing)
     tones = mesh_tones(drivetrain, point.mesh_frequencies, point.speeds)
     at_rest, loaded = _frequencies(drivetrain, point)
     if not (tones and any(law.varies for law in point.laws.values())):
@@ -213,6 +220,17 @@ def gear_run(
         stability=_stability(drivetrain, point),
         frequencies_at_rest=at_rest,
         frequencies_loaded=loaded,
+    )
+
+
+def flank_warnings(point: OperatingPoint | None) -> tuple[str, ...]:
+    """Said where a torque presses the flanks that the model's lines of action are not of."""
+    if point is None or not any(law.flank < 0.0 for law in point.laws.values()):
+        return ()
+    return (
+        "the torque presses the other flanks than those the lines of action are drawn for "
+        "(positive torque on a stage's first gear): forces are right, but what a preload does to "
+        "natural frequencies has the wrong sign; mirror the model, or reverse torque and speed",
     )
 
 

@@ -120,7 +120,7 @@ def verdict(found: Simulation) -> str:
     said = []
     if found.estimated:
         said.append(_against_fbs(found))
-    if found.gears is not None:
+    if found.gears is not None and not found.excitations:
         said.append(_operated(found.gears))
     broken = [check.name for check in found.checks if not check.agrees and check not in _frf(found)]
     if broken:

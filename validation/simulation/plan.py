@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import eigh
 
 from mbs_models.errors import ModelError
 from mbs_models.excitation import Excitation, check_record
@@ -23,6 +24,7 @@ from mbs_models.integration.integrators import (
 from mbs_models.integration.steady_state import slowest_decay, steady_start, superposed
 from mbs_models.linearization import LinearizedSystem
 from mbs_models.meshing.operating_point import OperatingPoint
+from mbs_models.mode_kinds import rigid_body_count
 from mbs_models.signals.lines import Harmonic, Multisine, Signal
 
 from .results import Request
@@ -36,6 +38,7 @@ PERIODS = 2  # on the periodic orbit: one would do, the second shows that it rep
 SEEN_BEND = 2e-3  # of frequencies at speed, where nothing takes it out: less than damping smears
 MESH_HARMONICS = 6
 LOWEST_FMAX = 1000.0  # Hz; a turning gearbox is looked at up to here at least
+WINDOW_PERIODS = 6.0  # a four-term window is four lines wide to either side
 MESH_PERIODS = 200  # of the slowest mesh that are measured
 CARRIER_TURNS = 10  # and of the slowest carrier: sidebands are one turn's frequency apart
 LONGEST = 60.0  # s of a run whose length nobody asked for
@@ -53,6 +56,8 @@ class Plan:
         s, of which run-in.
     fmax
         End of the band of interest (Hz).
+    least_duration
+        How long a run must last to tell means and growth (s).
     static
         (n_dof,) m, the equilibrium under preload.
     dynamic
@@ -64,6 +69,7 @@ class Plan:
     duration: float
     run_in: float
     fmax: float
+    least_duration: float
     static: FloatArray
     dynamic: tuple[FloatArray, FloatArray]
 
@@ -90,9 +96,14 @@ def plan(linear: LinearizedSystem, request: Request, point: OperatingPoint | Non
     integrator, rate = _integrator(linear, request, fmax, period, bend, _step_cost(point))
     static = np.zeros(len(linear.dofs)) if point is None else point.displacement
     dynamic = _steady_start(linear, request.excitations, integrator)
-    duration, run_in = _duration(request, point, period, slowest_decay(linear, fmax))
+    # The start of varying meshes excites every mode; forces of a band hardly those above it.
+    decay = slowest_decay(linear, np.inf if _turns(point) else fmax)
+    duration, run_in = _duration(request, point, period, decay)
+    least = _least_duration(linear, point, decay)
+    if request.duration is None:
+        duration = max(duration, least)
     _check_records(request, duration, rate)
-    return Plan(integrator, rate, duration, run_in, fmax, static, dynamic)
+    return Plan(integrator, rate, duration, run_in, fmax, least, static, dynamic)
 
 
 def _check_dofs(linear: LinearizedSystem, request: Request) -> None:
@@ -227,6 +238,19 @@ def _duration(
         turns = max((CARRIER_TURNS / rate for rate in carrier_rates(point).values()), default=0.0)
         measured = max(MESH_PERIODS / min(point.mesh_frequencies.values()), turns, 1.0)
     return run_in + measured, run_in
+
+
+def _least_duration(linear: LinearizedSystem, point: OperatingPoint | None, decay: float) -> float:
+    """A run-in, and so many periods of the slowest of meshes and elastic modes that a window keeps
+    them out of a mean; nothing where nothing varies (s).
+    """
+    if point is None or not any(law.varies for law in point.laws.values()):
+        return 0.0
+    squares = eigh(linear.stiffness, linear.mass, eigvals_only=True)
+    elastic = squares[rigid_body_count(linear.stiffness) :]
+    slowest = float(np.sqrt(max(elastic.min(initial=np.inf), 0.0))) / (2.0 * np.pi)
+    slowest = min(slowest, *point.mesh_frequencies.values())
+    return _until(SETTLED, decay) + WINDOW_PERIODS / slowest
 
 
 def _given(request: Request, otherwise: float) -> float:

@@ -16,8 +16,10 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 from scipy.signal.windows import blackmanharris
 
+from mbs_models.drivetrain import build_drivetrain
 from mbs_models.integration.integrators import TRAPEZOIDAL
 from mbs_models.integration.transient_record import TransientRecord
+from mbs_models.linearization import round_off_force
 from mbs_models.meshing.operating_point import OperatingPoint, families
 from mbs_models.parameters import Drivetrain, PlanetaryStage
 
@@ -46,11 +48,12 @@ class _Means:
 
     mean: dict[str, float]
     swing: float
+    nothing: float
 
     @property
     def scale(self) -> float:
-        """The largest mean force."""
-        return max(max(map(abs, self.mean.values())), np.finfo(float).tiny)
+        """The largest mean force; round-off, which is ``nothing``, is none to refer to."""
+        return max(max(map(abs, self.mean.values())), self.nothing / STEADY)
 
 
 def run_checks(
@@ -60,7 +63,7 @@ def run_checks(
     run_in: float,
     highest: float,
     *,
-    excited: bool = False,
+    only_energy: bool = False,
 ) -> tuple[Check, ...]:
     """Verdicts of physics on a run under torque or at speed.
 
@@ -75,25 +78,27 @@ def run_checks(
         What is left out at the start (s).
     highest
         Highest frequency that counts (Hz).
-    excited
-        Whether forces from outside act: then no more is judged than energy against work.
+    only_energy
+        Whether no more can be judged than energy against work: forces from outside act, or the run
+        is too short.
     """
-    if excited:
-        return (_energy(record, highest),)
+    nothing = round_off_force(build_drivetrain(drivetrain))
+    if only_energy:
+        return (_energy(record, run_in, highest, nothing),)
     first = round(run_in * record.sampling_frequency)
     measured = record.span(first)
-    means = _means(measured)
+    means = _means(measured, nothing)
     unsteady = STEADY + (LEAKAGE + _stage_error(point, record)) * means.swing / means.scale
     found = [_against_statics(drivetrain, point, means, unsteady)]
     found += _sun_against_ring(drivetrain, means, unsteady)
     found.append(_growth(measured, means))
-    found.append(_energy(record, highest))
+    found.append(_energy(record, run_in, highest, nothing))
     if set(point.dofs) <= set(record.labels):
         found.append(_free_rotation(drivetrain, point, measured))
     return tuple(found)
 
 
-def _means(record: TransientRecord) -> _Means:
+def _means(record: TransientRecord, nothing: float) -> _Means:
     assert record.mesh_forces is not None
     window = blackmanharris(record.n_samples, sym=False)
     forces = np.asarray(record.mesh_forces)
@@ -101,6 +106,7 @@ def _means(record: TransientRecord) -> _Means:
     return _Means(
         dict(zip(record.meshes, mean.tolist(), strict=True)),
         float(np.ptp(forces, axis=0).max() / 2.0),
+        nothing,
     )
 
 
@@ -221,7 +227,7 @@ def _growth(record: TransientRecord, means: _Means) -> Check:
     worst = int(np.argmax(slopes - allowed))
     return Check(
         "growth of the mesh forces",
-        f"{len(mean)} meshes",
+        f"{len(mean)} mesh{'es' * (len(mean) > 1)}",
         ("steady state", ROUTES[1]),
         "rate of ln rms about the mean, 1/s",
         float(slopes[worst]),
@@ -246,21 +252,27 @@ def _line(time: FloatArray, values: FloatArray) -> tuple[float, float]:
     return slope, float(error)
 
 
-def _energy(record: TransientRecord, highest: float) -> Check:
+def _energy(record: TransientRecord, run_in: float, highest: float, nothing: float) -> Check:
+    """E(t) − E(0) against W(t) after the run-in, at whose beginning what varies sets in."""
     assert record.energy is not None
     assert record.work is not None
-    energy, work = np.asarray(record.energy), np.asarray(record.work)
+    assert record.displacement is not None
+    first = round(run_in * record.sampling_frequency)
+    energy, work = np.asarray(record.energy[first:]), np.asarray(record.work[first:])
     gap = energy[1:] - energy[0] - np.cumsum(work[:-1])
-    # What is done to and fro; where hardly anything is, a thousandth of what is stored.
+    # What is done to and fro; where hardly anything is, a thousandth of what is stored, and what
+    # round-off of the springs' forces does on the way that anything goes.
     exchanged = float(np.abs(work).sum() + np.abs(np.diff(energy)).sum())
-    exchanged = max(exchanged, 1e-3 * float(np.abs(energy).max()), np.finfo(float).tiny)
+    stored = float(np.abs(energy).max())
+    unknown = nothing * float(np.abs(np.asarray(record.displacement)).max()) / WORK_EXACT
+    exchanged = max(exchanged, 1e-3 * stored, unknown, np.finfo(float).tiny)
     step = 2.0 * np.pi * highest * record.integrator.step
     exact = record.integrator.name == TRAPEZOIDAL
     tolerance = WORK_EXACT if exact else WORK_EXACT + step**2 / 12.0
     worst = float(np.abs(gap).max(initial=0.0)) / exchanged
     return Check(
         "energy against work",
-        "the whole run",
+        "the whole run" if not first else "the run after its run-in",
         ("work of torques, meshes and dampers", ROUTES[1]),
         "largest difference, of the energy exchanged",
         worst,

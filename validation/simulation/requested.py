@@ -35,6 +35,7 @@ def excitations_asked(
     duration: float | None,
     sampling_frequency: float | None,
     turning: bool,
+    fmax: float | None = None,
 ) -> tuple[Excitation[Signal], ...]:
     """Excitations of the command line, else the model file's, else a multisine at the first DoF.
 
@@ -50,6 +51,8 @@ def excitations_asked(
         Of the record, if they are decided (s, Hz).
     turning
         Whether a speed is asked for: then nothing else need excite.
+    fmax
+        End of the band of interest (Hz), as far as one is asked for.
 
     Raises
     ------
@@ -66,17 +69,18 @@ def excitations_asked(
             duration=duration,
             sampling_frequency=sampling_frequency,
         )
-    return () if turning else (default_excitation(drivetrain),)
+    return () if turning else (default_excitation(drivetrain, fmax),)
 
 
-def default_excitation(drivetrain: Drivetrain) -> Excitation[Multisine]:
+def default_excitation(drivetrain: Drivetrain, fmax: float | None = None) -> Excitation[Multisine]:
     """A multisine at the first DoF under which every line moves the drivetrain alike.
 
     As gently as round-off lets, since geometry is linear in small motions only.
     """
     system = build_model(exudyn_source(), with_damping(drivetrain)).whole
     dof = system.dofs[0]
-    harmonics = np.arange(1, round(HIGHEST / SPACING) + 1, 2)
+    highest = HIGHEST if fmax is None else min(fmax, HIGHEST)
+    harmonics = np.arange(1, max(int(highest / SPACING), 1) + 1, 2)
     order = np.arange(len(harmonics))
     amplitudes = even_amplitudes(system, dof, np.asarray(SPACING * harmonics), DISPLACEMENT)
     least = ABOVE_ROUND_OFF * round_off_force(build_drivetrain(drivetrain))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 from time import perf_counter
@@ -32,7 +33,7 @@ from .estimates import (
     responding,
     unbent,
 )
-from .gear_run import gear_run
+from .gear_run import flank_warnings, gear_run
 from .long_records import channels, odd_channels
 from .plan import Plan, excited_by_meshes, plan
 from .proof import run_checks
@@ -124,6 +125,8 @@ class PlannedRun:
                 *self.given.warnings(),
                 *record.warnings,
                 *ringing_warning(ringing(record)),
+                *self._length_warning(),
+                *flank_warnings(self.point),
             ),
             seconds=self.seconds,
         )
@@ -138,7 +141,20 @@ class PlannedRun:
             record,
             self.plan.run_in,
             max(self.plan.fmax, excited_by_meshes(self.point)),
-            excited=bool(self.request.excitations),
+            only_energy=bool(self.request.excitations) or self._too_short,
+        )
+
+    @property
+    def _too_short(self) -> bool:
+        return self.plan.duration < self.plan.least_duration * (1.0 - 1e-9)
+
+    def _length_warning(self) -> tuple[str, ...]:
+        if not self._too_short or self.request.excitations:
+            return ()
+        return (
+            f"{self.plan.duration:.3g} s are too short to hold mean mesh forces against statics, "
+            "and to tell what grows from what has not died out: --duration "
+            f"{_rounded_up(self.plan.least_duration):g} or more would do",
         )
 
     def _timed(self, name: str, step: Callable[[], T]) -> T:
@@ -273,6 +289,12 @@ class PlannedRun:
             "is neither geometry nor round-off. Either the routes differ, or the record has more "
             "in it than the steady state (--duration).",
         )
+
+
+def _rounded_up(value: float) -> float:
+    """To two digits, not below."""
+    unit = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return math.ceil(value / unit) * unit
 
 
 def _named(direction: str) -> str:

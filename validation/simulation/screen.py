@@ -69,7 +69,7 @@ def _meshes(found: Simulation, console: Console) -> None:
         print(f"Mesh frequency of {stage}: {frequency:.4g} Hz")
     table = Table(title="Mesh forces", title_justify="left")
     table.add_column("mesh")
-    for header in ("mean", "largest", "rms about mean", "dynamic factor", "apart"):
+    for header in ("mean", "largest", "smallest", "rms about mean", "dynamic factor", "apart"):
         table.add_column(header, justify="right")
     for load in gears.loads:
         factor = load.dynamic_factor
@@ -77,6 +77,7 @@ def _meshes(found: Simulation, console: Console) -> None:
             load.name,
             engineering(load.mean, "N", 4),
             engineering(load.largest, "N", 4),
+            engineering(load.smallest, "N", 4),
             engineering(load.rms, "N"),
             "–" if factor is None else f"{factor:.3f}",
             f"{load.open_share:.1%}",

@@ -33,6 +33,10 @@ from .ringing import ringing
 FloatArray = NDArray[np.float64]
 
 UNIT = "m/N"
+PLAY = (
+    "Gears with play that are lightly loaded may have several steady states at one speed, one of "
+    "them rattling; which one a run ends in its start decides, here the static equilibrium."
+)
 DRAWN = 4  # FRFs, or channels of a record
 SPECTRUM_LINES = 2000  # of the spectra of a long record, averaged
 SPECTROGRAM_LINES = 400
@@ -176,6 +180,7 @@ def _gears(found: Simulation, gears: GearRun) -> Iterator[Section]:
             *([NOTHING_EXCITES] if gears.says_nothing_excites else []),
             "Force of each mesh along its line of action, positive where the loaded flanks press; "
             "the dynamic factor is the largest force over the mean one.",
+            *([PLAY] if any(law.backlash for law in point.laws.values()) else []),
         ),
         (mesh_figure("meshes", time, gears.mesh_forces[count - shown :], gears.loads),),
     )

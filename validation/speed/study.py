@@ -134,7 +134,7 @@ def run(
             turns, None, modes, energies,
             margins=near, warnings=(*_given(plan), *_unchecked(plan)), seconds=clock.seconds,
         )  # fmt: skip
-    speeds = np.union1d(plan.speeds, resonance_speeds(turns, modes))
+    speeds = np.union1d(plan.speeds, [*_operating_speed(plan), *resonance_speeds(turns, modes)])
     found = clock.timed(
         "steady states", lambda: _speeds(task(turns), speeds, workers, progress, warn)
     )
@@ -163,6 +163,16 @@ def run(
         ),
         seconds=clock.seconds,
     )
+
+
+def _operating_speed(plan: SpeedPlan) -> tuple[float, ...]:
+    """The model's own speed (rpm), where a range that includes it would step over it."""
+    operation = plan.drivetrain.operation
+    if operation is None or operation.speed is None or not plan.is_range:
+        return ()
+    speed = abs(operation.speed)
+    step = float(np.diff(plan.speeds).max())
+    return (speed,) if plan.speeds[0] <= speed <= plan.speeds[-1] + step else ()
 
 
 def _speeds(
