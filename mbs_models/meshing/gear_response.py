@@ -92,7 +92,7 @@ def mesh_loads(
         meshes, mean, largest, smallest, rms, apart / len(forces), backs / len(forces), strict=True
     )
     return tuple(
-        MeshLoad(name, *map(float, numbers), nothing=nothing) for name, *numbers in columns
+        replace(MeshLoad(name, *map(float, numbers)), nothing=nothing) for name, *numbers in columns
     )
 
 
