@@ -14,7 +14,9 @@ from mbs_models.components import SpringKind
 from mbs_models.drivetrain import build_drivetrain
 from mbs_models.meshing.mesh_excitation import MeshLaw
 from mbs_models.meshing.operating_point import OperatingPoint
+from mbs_models.meshing.static_state import straining
 from mbs_models.meshing.waveforms import Waveform
+from mbs_models.orders import free_motions
 from mbs_models.parameters import Drivetrain
 from mbs_models.read_back import components
 
@@ -65,6 +67,8 @@ def parametric(
     system = build_drivetrain(drivetrain)
     linear = point.linear
     turns = abs(point.speed_rpm) / 60.0
+    # Where the torque has moved them, meshes close by the free rotation to second order only.
+    keep = straining(linear, free_motions(components(system)))
     springs = []
     for spring in components(system, point.displacement).springs:
         if spring.kind is not SpringKind.MESH:
@@ -75,7 +79,7 @@ def parametric(
         springs.append(
             PeriodicSpring(
                 name=spring.name,
-                vector=_pressed(spring.deflection[0], law, static_force, point),
+                vector=_pressed(spring.deflection[0] @ keep, law, static_force, point),
                 stiffness=stiffness,
                 ratio=law.frequency / turns if law.varies else 1.0,
                 variation=_series(law.stiffness, law.phase, series),

@@ -31,24 +31,40 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class CarriedBearing:
-    """A bearing in a body that may turn: its coordinates, its place in it, and its stiffness."""
+    """A bearing in a body that may turn: its coordinates, its place in it, and what it is."""
 
     support: NDArray[np.int_]  # x, y, θ
     body: NDArray[np.int_]  # x, y
     at: FloatArray  # (2,) m
     stiffness: FloatArray  # (2, 2) N/m
+    damping: FloatArray  # (2, 2) N s/m
+
+    def _turned(self, position: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """A and A′ = dA/dθ of the support (n, 2, 2)."""
+        cos, sin = np.cos(position[:, self.support[2]]), np.sin(position[:, self.support[2]])
+        turned = np.array([[cos, -sin], [sin, cos]]).transpose(2, 0, 1)
+        return turned, np.array([[-sin, -cos], [cos, -sin]]).transpose(2, 0, 1)
+
+    def _apart(self, position: FloatArray) -> FloatArray:
+        """d = u − u_s + a − A a, between the body's centre and the support's point (n, 2)."""
+        turned, _ = self._turned(position)
+        apart: FloatArray = position[:, self.body] - position[:, self.support[:2]] + self.at
+        return apart - turned @ self.at
 
     def energy(self, position: FloatArray) -> FloatArray:
-        """½ lᵀk l, l = Aᵀ(u − u_s + a) − a (`offset_moment`)."""
-        x, y, turn = position[:, self.support].T
-        along, across = position[:, self.body].T
-        along, across = along - x + self.at[0], across - y + self.at[1]
-        cos, sin = np.cos(turn), np.sin(turn)
-        offset = np.stack(
-            [cos * along + sin * across - self.at[0], cos * across - sin * along - self.at[1]]
-        )
-        energy: FloatArray = 0.5 * np.einsum("in,ij,jn->n", offset, self.stiffness, offset)
-        return energy
+        """½ lᵀk l, l = Aᵀd (`offset_moment`)."""
+        turned, _ = self._turned(position)
+        offset = np.einsum("nji,nj->ni", turned, self._apart(position))
+        return 0.5 * _quadratic(offset, self.stiffness)
+
+    def work(self, position: FloatArray, velocity: FloatArray) -> FloatArray:
+        """−(F + F′)/2 · Δd of the damper's force F = A c Aᵀ ḋ, step by step."""
+        turned, derivative = self._turned(position)
+        rate = velocity[:, self.body] - velocity[:, self.support[:2]]
+        rate = rate - velocity[:, self.support[2:]] * (derivative @ self.at)
+        force = np.einsum("nij,jk,nlk,nl->ni", turned, self.damping, turned, rate)
+        step = np.diff(self._apart(position), axis=0)
+        return np.asarray(-np.sum((force[1:] + force[:-1]) / 2.0 * step, axis=1))
 
 
 class EnergyBalance:
@@ -61,10 +77,12 @@ class EnergyBalance:
         springs = components(system).springs
         self._carried = [self._bearing(spring) for spring in springs if _is_carried(spring)]
         self._stiffness = np.zeros_like(linear.stiffness)
-        for spring in springs:
-            if not _is_carried(spring) and spring.kind is not SpringKind.MESH:
-                self._stiffness += spring.deflection.T @ spring.stiffness @ spring.deflection
         self._damping = linear.damping.copy()
+        for spring in springs:
+            if _is_carried(spring):
+                self._damping -= spring.deflection.T @ spring.damping @ spring.deflection
+            elif spring.kind is not SpringKind.MESH:
+                self._stiffness += spring.deflection.T @ spring.stiffness @ spring.deflection
         for mesh in system.meshes.values():
             row = mesh.row_at_rest @ transform[mesh_coordinates(system, mesh)]
             at_rest = mesh_force(mesh.stiffness, mesh.damping, mesh.samples)(0.0, 0.0, 0.0)
@@ -86,11 +104,12 @@ class EnergyBalance:
         """
         q, v = position @ self._labels, velocity @ self._labels
         energy = 0.5 * (_quadratic(v, self.mass) + _quadratic(q, self._stiffness))
-        for bearing in self._carried:
-            energy = energy + bearing.energy(position)
         mean = (v[1:] + v[:-1]) / 2.0
         work = np.sum((loads[1:] + loads[:-1]) / 2.0 * np.diff(q, axis=0), axis=1)
         work -= np.diff(time) * _quadratic(mean, self._damping)
+        for bearing in self._carried:
+            energy = energy + bearing.energy(position)
+            work += bearing.work(position, velocity)
         for mesh in self.system.meshes.values():
             columns = mesh_coordinates(self.system, mesh)
             deflection, rate = mesh_motion(mesh.pair, position[:, columns], velocity[:, columns])
@@ -110,6 +129,7 @@ class EnergyBalance:
             first[1] + np.arange(2),
             (body.centre - support.centre)[:2],
             along @ spring.stiffness @ along.T,
+            along @ spring.damping @ along.T,
         )
 
 

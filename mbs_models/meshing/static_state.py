@@ -145,8 +145,28 @@ def static_state(
                 "or less backlash"
             )
     loaded = linearized_at(system, motion)
+    loaded = replace(loaded, stiffness=neutral(loaded, loaded.stiffness, free))
     _check_stable(loaded)
     return StaticState(motion, forces, loaded)
+
+
+def neutral(linear: LinearizedSystem, stiffness: FloatArray, free: FloatArray) -> FloatArray:
+    """K with the free motions R as free as they are at rest: PᵀK P, P = 1 − R (RᵀM R)⁻¹ RᵀM.
+
+    Where planets differ and bearings do by direction, displaced centres would make K R a small part
+    of the load over the radius. That is no spring that turns with the gears, and of an order that
+    the linear system leaves out elsewhere.
+    """
+    keep = straining(linear, free)
+    kept: FloatArray = keep.T @ stiffness @ keep
+    return 0.5 * (kept + kept.T)
+
+
+def straining(linear: LinearizedSystem, free: FloatArray) -> FloatArray:
+    """P = 1 − R (RᵀM R)⁻¹ RᵀM (n_dof, n_dof): a motion without its part along the free ones R."""
+    momentum = linear.mass @ free
+    keep: FloatArray = np.eye(len(momentum)) - free @ np.linalg.solve(free.T @ momentum, momentum.T)
+    return keep
 
 
 @dataclass(frozen=True)

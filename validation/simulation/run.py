@@ -102,6 +102,7 @@ class PlannedRun:
     def simulation(self) -> Simulation:
         """Run it, and analyse what comes out."""
         record = self._timed("time integration", lambda: self._record(FORWARD))
+        physics, unjudged = self._physics(record)
         estimated, no_frfs, share = self._frfs(record)
         frf_checks = tuple(check for found in estimated for check in estimate_checks(found))
         levels = None
@@ -117,7 +118,7 @@ class PlannedRun:
             estimated=estimated,
             no_frfs=no_frfs,
             even_share=share,
-            checks=(*frf_checks, *self._physics(record)),
+            checks=(*frf_checks, *physics),
             levels=levels,
             gears=gear_run(self.drivetrain, point, record, self.plan.run_in) if point else None,
             hints=self._hints(frf_checks),
@@ -126,15 +127,16 @@ class PlannedRun:
                 *record.warnings,
                 *ringing_warning(ringing(record)),
                 *self._length_warning(),
+                *unjudged,
                 *flank_warnings(self.point),
             ),
             seconds=self.seconds,
         )
 
-    def _physics(self, record: TransientRecord) -> tuple[Check, ...]:
+    def _physics(self, record: TransientRecord) -> tuple[tuple[Check, ...], tuple[str, ...]]:
         """Verdicts of statics and energy on a run under torque or at speed."""
         if self.point is None:
-            return ()
+            return (), ()
         return run_checks(
             self.drivetrain,
             self.point,

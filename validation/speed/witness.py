@@ -57,6 +57,7 @@ SETTLED = 0.02
 MOST_STEPS = 400_000  # measured at most; lines closer than that tells apart are not judged
 BLOCK = 10_000  # of them at a time
 DIED_OUT = 0.01
+MAY_RING = 0.5  # of the amplitudes that can be told, near resonances that are slow to settle
 LONGEST_RUN_IN = 3.0  # s; lines near modes that take longer are not judged
 
 
@@ -74,8 +75,8 @@ class Witness:
         The channels: forces of meshes (N), then accelerations of DoFs (m/s²).
     balance, time
         (n_line, n_channel) lines Re x e^{jωt} by harmonic balance, and from exudyn's record.
-    judged, unsettled
-        (n_line, n_channel) which are; how many others are as loud, but had not settled.
+    waited, judged
+        (n_line, n_channel) which can be told, and which of them had settled.
     integrator, run_in, measured
         How it was run, and how long (s).
     """
@@ -87,11 +88,16 @@ class Witness:
     dofs: tuple[str, ...]
     balance: ComplexArray
     time: ComplexArray
+    waited: NDArray[np.bool_]
     judged: NDArray[np.bool_]
-    unsettled: int
     integrator: Integrator
     run_in: float
     measured: float
+
+    @property
+    def unsettled(self) -> int:
+        """How many amplitudes that can be told had not settled."""
+        return int((self.waited & ~self.judged).sum())
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -147,8 +153,8 @@ def witness(turning: Turning, speed_rpm: float, progress: Progress) -> Witness:
         dofs=linear.dofs,
         balance=_channels(found)[shown],
         time=time[shown],
+        waited=layout.judged,
         judged=layout.judged & settled[shown],
-        unsettled=int((layout.judged & ~settled[shown]).sum()),
         integrator=layout.integrator,
         run_in=layout.run_in,
         measured=layout.measured,
@@ -330,7 +336,7 @@ def _checks(found: Witness) -> tuple[Check, ...]:
         ("accelerations by order", "largest difference of an amplitude, dB", decibels,
          DECIBEL_TOLERANCE, slice(n, None)),
     )  # fmt: skip
-    return tuple(
+    return (*_settling(found), *(
         Check(
             name, f"at {found.speed_rpm:.6g} rpm", ROUTES, measure,
             float(values[:, part].max()), tolerance, reason,
@@ -340,6 +346,25 @@ def _checks(found: Witness) -> tuple[Check, ...]:
         )
         for name, measure, values, tolerance, part in kinds
         if found.judged[:, part].any()
+    ))  # fmt: skip
+
+
+def _settling(found: Witness) -> tuple[Check, ...]:
+    """The run starts in the other route's steady state: what does not settle contradicts it."""
+    waited = int(found.waited.sum())
+    if not waited:
+        return ()
+    share = found.unsettled / waited
+    return (
+        Check(
+            "steady state", f"at {found.speed_rpm:.6g} rpm", ROUTES,
+            "share of amplitudes that had not settled", share, MAY_RING,
+            "exudyn starts in the steady state of the balance, and stays there if that is right; "
+            "what is forced settles at once, what is not rings",
+            (f"{found.unsettled} of {waited} amplitudes differ by more than {SETTLED:.0%} between "
+             "the two halves of the record: exudyn does not stay in the balance's steady state",)
+            if share > MAY_RING else (),
+        ),
     )  # fmt: skip
 
 
