@@ -189,7 +189,10 @@ class _Run:
         derivatives = [MOTIONS.index(what) for what in recorded if what in MOTIONS]
         if {*PLAIN, "mesh_forces", "contact"} & set(recorded):
             derivatives += [0, 1]
-        self._balance = EnergyBalance(system, self._linear) if {*PLAIN} & set(recorded) else None
+        self._balance = None
+        if {*PLAIN} & set(recorded):
+            explicit = integrator.name == RK44
+            self._balance = EnergyBalance(system, self._linear, explicit=explicit)
         self._derivatives = sorted(set(derivatives))
         self._sensors = NodeSensors(system, self._derivatives or [0])
         self._per_step = per_step

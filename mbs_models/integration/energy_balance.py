@@ -7,8 +7,9 @@ the meshes' forces F is not elastic do, by the trapezoidal rule,
 
     ΔW = (f + f′)/2 · Δq − h v̄ᵀC v̄ − Σ [(F + F′)/2 Δδ − Δ ½ k g²],    v̄ = (v + v′)/2
 
-which is what the trapezoidal integrator does itself, whatever the step. Of another one it differs
-by (ωh)²/12 of the energy that a motion of ω exchanges.
+which is what the trapezoidal integrator does itself, whatever the step. An explicit one knows
+motion and forces at its steps to a higher order: there the power is integrated, through the four
+instants about each step.
 """
 
 from __future__ import annotations
@@ -57,21 +58,24 @@ class CarriedBearing:
         offset = np.einsum("nji,nj->ni", turned, self._apart(position))
         return 0.5 * _quadratic(offset, self.stiffness)
 
-    def work(self, position: FloatArray, velocity: FloatArray) -> FloatArray:
-        """−(F + F′)/2 · Δd of the damper's force F = A c Aᵀ ḋ, step by step."""
+    def damper(
+        self, position: FloatArray, velocity: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Its force A c Aᵀ ḋ, d and ḋ, (n, 2) each."""
         turned, derivative = self._turned(position)
         rate = velocity[:, self.body] - velocity[:, self.support[:2]]
         rate = rate - velocity[:, self.support[2:]] * (derivative @ self.at)
         force = np.einsum("nij,jk,nlk,nl->ni", turned, self.damping, turned, rate)
-        step = np.diff(self._apart(position), axis=0)
-        return np.asarray(-np.sum((force[1:] + force[:-1]) / 2.0 * step, axis=1))
+        return force, self._apart(position), rate
 
 
 class EnergyBalance:
     """Energy and work of a system's motion."""
 
-    def __init__(self, system: MultibodySystem, linear: LinearizedSystem) -> None:
-        self.system, self.mass = system, linear.mass
+    def __init__(
+        self, system: MultibodySystem, linear: LinearizedSystem, *, explicit: bool
+    ) -> None:
+        self.system, self.mass, self.explicit = system, linear.mass, explicit
         transform = coordinate_transform(system)
         self._labels = transform / np.sum(transform**2, axis=0)
         springs = components(system).springs
@@ -104,21 +108,28 @@ class EnergyBalance:
         """
         q, v = position @ self._labels, velocity @ self._labels
         energy = 0.5 * (_quadratic(v, self.mass) + _quadratic(q, self._stiffness))
-        mean = (v[1:] + v[:-1]) / 2.0
-        work = np.sum((loads[1:] + loads[:-1]) / 2.0 * np.diff(q, axis=0), axis=1)
-        work -= np.diff(time) * _quadratic(mean, self._damping)
+        # Forces, what they move, and how fast: loads and dampers, carried dampers, meshes.
+        forces, moved, rates = [loads - v @ self._damping], [q], [v]
         for bearing in self._carried:
             energy = energy + bearing.energy(position)
-            work += bearing.work(position, velocity)
+            damper, apart, rate = bearing.damper(position, velocity)
+            forces, moved, rates = [*forces, -damper], [*moved, apart], [*rates, rate]
+        stored = np.zeros(len(time))
         for mesh in self.system.meshes.values():
             columns = mesh_coordinates(self.system, mesh)
-            deflection, rate = mesh_motion(mesh.pair, position[:, columns], velocity[:, columns])
-            force, _ = mesh_forces(mesh.law, mesh.stiffness, mesh.damping, time, deflection, rate)
-            elastic = elastic_energy(mesh.law, mesh.stiffness, time, deflection)
-            closed = mesh.law.flank * np.diff(deflection)
-            work += np.diff(elastic) - (force[1:] + force[:-1]) / 2.0 * closed
-            energy = energy + elastic
-        return energy, work
+            closed, closing = mesh_motion(mesh.pair, position[:, columns], velocity[:, columns])
+            force, _ = mesh_forces(mesh.law, mesh.stiffness, mesh.damping, time, closed, closing)
+            stored += elastic_energy(mesh.law, mesh.stiffness, time, closed)
+            forces.append(-mesh.law.flank * force[:, None])
+            moved, rates = [*moved, closed[:, None]], [*rates, closing[:, None]]
+        pushed = np.hstack(forces)
+        if self.explicit:
+            power = np.sum(pushed * np.hstack(rates), axis=1)
+            work = _integrals(power) * (time[1] - time[0])
+        else:
+            step = np.diff(np.hstack(moved), axis=0)
+            work = np.sum((pushed[1:] + pushed[:-1]) / 2.0 * step, axis=1)
+        return energy + stored, work + np.diff(stored)
 
     def _bearing(self, spring: Spring) -> CarriedBearing:
         support, body = (self.system.bodies[end.body] for end in spring.ends)
@@ -135,6 +146,19 @@ class EnergyBalance:
 
 def _is_carried(spring: Spring) -> bool:
     return spring.kind is SpringKind.BEARING and spring.ends[0].body != GROUND
+
+
+def _integrals(power: FloatArray) -> FloatArray:
+    """∫ from each sample to the next (n − 1): of a cubic, at the ends of a parabola.
+
+    (−P₋₁ + 13 P₀ + 13 P₁ − P₂)/24, and (5 P₀ + 8 P₁ − P₂)/12, per step.
+    """
+    if len(power) < 4:
+        return np.asarray((power[1:] + power[:-1]) / 2.0)
+    inner = (-power[:-3] + 13.0 * power[1:-2] + 13.0 * power[2:-1] - power[3:]) / 24.0
+    first = (5.0 * power[0] + 8.0 * power[1] - power[2]) / 12.0
+    last = (5.0 * power[-1] + 8.0 * power[-2] - power[-3]) / 12.0
+    return np.concatenate([[first], inner, [last]])
 
 
 def _quadratic(motion: FloatArray, matrix: FloatArray) -> FloatArray:
