@@ -5,7 +5,8 @@
 Two presets with varying meshes and transmission errors: ``paper-table2`` with teeth in its reducer
 (9 meshes, two mesh frequencies) and ``wind-turbine`` (13 meshes, three). What is timed: the steady
 state with all spring forces and accelerations, its extremes, and stability of each stage alone.
-Beside it stand the largest residual and truncation of the balance.
+Beside it stand the largest residual and truncation of the balance, and what exudyn in time takes
+for a single speed.
 """
 
 from __future__ import annotations
@@ -29,6 +30,8 @@ from mbs_models.model_file import load
 from mbs_models.parameters import Drivetrain
 from tests.strategies import changed, with_stage
 from validation.periodic_meshes import PeriodicDrivetrain, parametric
+from validation.speed.plan import plan
+from validation.speed.study import run
 
 SPEEDS = (30, 100, 300)
 TRAPEZOID = {"shape": "trapezoid", "contact_ratio": 1.6, "amplitude": 0.3}
@@ -91,6 +94,12 @@ def stable(model: PeriodicDrivetrain, speeds: np.ndarray) -> None:
         )
 
 
+def witnessed(drivetrain: Drivetrain, torque: float, rpm: float) -> None:
+    """What exudyn takes for one speed."""
+    asked = plan(drivetrain, speed=f"{rpm:g}", torque=torque, check=f"{rpm:g}")
+    timed(f"exudyn in time, {rpm:g} rpm alone", lambda: run(asked))
+
+
 def main() -> None:
     """Print the table."""
     for drivetrain, torque, span in (
@@ -105,6 +114,7 @@ def main() -> None:
             print(f"  {count} speeds, {span[0]:g} to {span[1]:g} rpm")
             gears(model, speeds)
             stable(model, speeds)
+        witnessed(drivetrain, torque, span[1])
 
 
 if __name__ == "__main__":

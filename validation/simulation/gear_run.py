@@ -32,6 +32,7 @@ from mbs_models.parameters import Drivetrain, PlanetaryStage
 
 from ..periodic_meshes import parametric
 from ..report.digits import engineering
+from ..results import Check
 
 FloatArray = NDArray[np.float64]
 
@@ -221,6 +222,23 @@ def gear_run(
         frequencies_at_rest=at_rest,
         frequencies_loaded=loaded,
     )
+
+
+def steady_checks(gears: GearRun | None) -> tuple[Check, ...]:
+    """Whether there is a steady state at all: teeth without play let an instability grow on."""
+    if gears is None or any(law.backlash for law in gears.point.laws.values()):
+        return ()
+    return tuple(
+        Check(
+            "steady state", " and ".join(each.stages), ("Floquet theory", "exudyn in time"),
+            "growth of the fastest growing motion, 1/s", each.growth_rate, 0.0,
+            "what grows by parametric instability ends in no steady state, and only play, as teeth "
+            "part, would end it",
+            (each.in_words,) if each.growth_rate > 0.0 else (),
+        )
+        for each in gears.stability
+        if each.growth_rate > 0.0
+    )  # fmt: skip
 
 
 def flank_warnings(point: OperatingPoint | None) -> tuple[str, ...]:

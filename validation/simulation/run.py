@@ -33,7 +33,7 @@ from .estimates import (
     responding,
     unbent,
 )
-from .gear_run import flank_warnings, gear_run
+from .gear_run import flank_warnings, gear_run, steady_checks
 from .long_records import channels, odd_channels
 from .plan import Plan, excited_by_meshes, plan
 from .proof import run_checks
@@ -109,6 +109,7 @@ class PlannedRun:
         if self.request.levels:
             levels = self._timed("drive levels", lambda: self._levels(self.request.levels))
         point = self.point
+        gears = gear_run(self.drivetrain, point, record, self.plan.run_in) if point else None
         return Simulation(
             drivetrain=self.drivetrain,
             borrowed_damping=self.drivetrain is not self.given,
@@ -118,9 +119,9 @@ class PlannedRun:
             estimated=estimated,
             no_frfs=no_frfs,
             even_share=share,
-            checks=(*frf_checks, *physics),
+            checks=(*frf_checks, *physics, *steady_checks(gears)),
             levels=levels,
-            gears=gear_run(self.drivetrain, point, record, self.plan.run_in) if point else None,
+            gears=gears,
             hints=self._hints(frf_checks),
             warnings=(
                 *self.given.warnings(),
