@@ -82,7 +82,7 @@ def laws(
 
     def at(t: float) -> tuple[Any, Any, Any]:
         wave = np.exp(1j * omega * t)
-        return tuple((c * wave).sum(axis=1).real for c in (variation, error, slope))  # type: ignore
+        return tuple((c * wave).sum(axis=1).real for c in (variation, error, slope))
 
     return at
 

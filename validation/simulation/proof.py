@@ -8,6 +8,7 @@ done, and what vibrates stays as large as it is.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -132,18 +133,25 @@ def _stage_error(point: OperatingPoint, record: TransientRecord) -> float:
     return float((squares[-1] * record.integrator.step**2) ** 2 / 120.0)
 
 
-def _statics(drivetrain: Drivetrain, point: OperatingPoint, means: _Means) -> Check:
-    """What exudyn starts from against K q = f of the equations, family by family."""
-    expected = static_mesh_forces(drivetrain, point)
-    scale = max(*map(abs, expected.values()), means.nothing / STEADY)
-    off = {
+def _by_family(
+    drivetrain: Drivetrain, forces: Mapping[str, float], others: Mapping[str, float]
+) -> dict[str, tuple[float, float]]:
+    """Two sets of mesh forces (N), summed over each family of meshes."""
+    return {
         f"{stage.name} {family.key}": (
-            sum(point.mesh_forces[name] for name in family.names),
-            sum(expected[name] for name in family.names),
+            sum(forces[name] for name in family.names),
+            sum(others[name] for name in family.names),
         )
         for stage in drivetrain.stages
         for family in families(stage)
     }
+
+
+def _statics(drivetrain: Drivetrain, point: OperatingPoint, means: _Means) -> Check:
+    """What exudyn starts from against K q = f of the equations, family by family."""
+    expected = static_mesh_forces(drivetrain, point)
+    scale = max(*map(abs, expected.values()), means.nothing / STEADY)
+    off = _by_family(drivetrain, point.mesh_forces, expected)
     worst = max(abs(one - other) for one, other in off.values()) / scale
     return Check(
         "static mesh forces",
@@ -172,14 +180,7 @@ def _against_statics(
     """
     expected = static_mesh_forces(drivetrain, point)
     scale = max(*map(abs, expected.values()), means.scale)
-    off = {
-        f"{stage.name} {family.key}": (
-            sum(means.mean[name] for name in family.names),
-            sum(expected[name] for name in family.names),
-        )
-        for stage in drivetrain.stages
-        for family in families(stage)
-    }
+    off = _by_family(drivetrain, means.mean, expected)
     worst = max(abs(mean - static) for mean, static in off.values()) / scale
     return Check(
         "mean mesh forces",
