@@ -23,7 +23,6 @@ Errors
 
 from typing import TYPE_CHECKING, Any
 
-from .chain import couple_chain
 from .condensation import (
     block_dofs,
     condense_blocked,
@@ -45,21 +44,22 @@ from .errors import (
     SingularLineError,
     UnknownDofError,
 )
-from .estimation import Estimate, averaged_frf, impulse_frf, periodic_frf
-from .floquet import NoCommonPeriodError, Stability, stability, stability_by_period
+from .files.uff import UffError, read_uff, write_uff
 from .frf import Frf, Quantity, frequency_axis
-from .harmonic_balance import PeriodicResponse, SingularBalanceError, outputs, steady_state
-from .krylov import ReducedFrf, ReductionError, reduced_frf
+from .large.chain import couple_chain
+from .large.krylov import ReducedFrf, ReductionError, reduced_frf
+from .large.sparse_system import SparseSystem, sparse_frf
 from .modal_synthesis import Poles, modal_frf, poles
 from .modal_truncation import TruncatedModes, truncate
-from .periodic_extremes import Extremes, extremes, waveform
-from .periodic_springs import Lattice, PeriodicSpring, common_periods, lattice
-from .records import Record
+from .periodic.floquet import NoCommonPeriodError, Stability, stability, stability_by_period
+from .periodic.harmonic_balance import PeriodicResponse, SingularBalanceError, outputs, steady_state
+from .periodic.periodic_extremes import Extremes, extremes, waveform
+from .periodic.periodic_springs import Lattice, PeriodicSpring, common_periods, lattice
 from .schur_form import schur_frf
 from .second_order_system import SecondOrderSystem, direct_frf
-from .sparse_system import SparseSystem, sparse_frf
+from .signal.estimation import Estimate, averaged_frf, impulse_frf, periodic_frf
+from .signal.records import Record
 from .synthesis import Method, MethodError, Synthesis, synthesize
-from .uff import UffError, read_uff, write_uff
 from .undamped_modes import RealModes, real_modes
 
 __all__ = [

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._blocks import SPAN, each, stretches
-from ._checks import ComplexArray, positions
-from ._finite import square_sum, surely_finite
+from ._kernels.blocks import SPAN, each, stretches
+from ._kernels.checks import ComplexArray, positions
+from ._kernels.finite import square_sum, surely_finite
 from .frf import Frf
 
 LINES = 1024

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from ._checks import FloatArray
+from ._kernels.checks import FloatArray
 
 MOST = 12
 """Labels named, and rows shown, of what may have hundreds."""

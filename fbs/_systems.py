@@ -11,7 +11,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._checks import ComplexArray, FloatArray, ascending_frequency, positions, unique_labels
+from ._kernels.checks import ComplexArray, FloatArray, ascending_frequency, positions, unique_labels
 from ._representation import counted, html_table, listing
 from .errors import FbsError, NonFiniteError, unknown_dof
 from .frf import Frf, Quantity, as_quantity

@@ -27,8 +27,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _batched
-from ._checks import ComplexArray, FloatArray, ascending_frequency, positions, unique_labels
+from ._kernels import batched as _batched
+from ._kernels.checks import ComplexArray, FloatArray, ascending_frequency, positions, unique_labels
 from .errors import AmbiguousDofError, FbsError, SingularLineError, UnknownDofError
 from .frf import Frf
 from .second_order_system import SecondOrderSystem

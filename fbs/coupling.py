@@ -10,11 +10,11 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _batched
 from ._assembly import End, Layout, assemble
-from ._blocks import each, stretches
-from ._checks import ComplexArray, FloatArray, read_only
-from ._joint_scaling import joint_scaling
+from ._kernels import batched as _batched
+from ._kernels.blocks import each, stretches
+from ._kernels.checks import ComplexArray, FloatArray, read_only
+from ._kernels.joint_scaling import joint_scaling
 from .errors import (
     AmbiguousDofError,
     FbsError,

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ._checks import ComplexArray, FloatArray, read_only
+from ._kernels.blas_threads import blas_for
+from ._kernels.checks import ComplexArray, FloatArray, read_only
 from ._representation import MOST, counted, html_table
-from .blas_threads import blas_for
 from .errors import DefectiveModesError
 from .second_order_system import SecondOrderSystem
 from .undamped_modes import EPS, RealModes, real_modes

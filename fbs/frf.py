@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ._checks import (
+from ._kernels.checks import (
     ComplexArray,
     FloatArray,
     ascending_frequency,
@@ -17,7 +17,7 @@ from ._checks import (
     read_only,
     unique_labels,
 )
-from ._finite import surely_finite
+from ._kernels.finite import surely_finite
 from ._representation import html_table, listing, spanned
 from .errors import (
     AxisMismatchError,

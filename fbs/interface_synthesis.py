@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._blocks import stretches
-from ._checks import ComplexArray, FloatArray, ascending_frequency
+from ._kernels.blocks import stretches
+from ._kernels.checks import ComplexArray, FloatArray, ascending_frequency
 from .damped_modes import is_proportional, modal_damping
 from .errors import undamped_pole
 from .frf import Frf

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._checks import ComplexArray, FloatArray, read_only
+from ._kernels.checks import ComplexArray, FloatArray, read_only
+from ._kernels.weighted_sum import Gains, WeightedSum
 from ._systems import Target
-from ._weighted_sum import Gains, WeightedSum
 from .damped_modes import (
     ComplexModes,
     complex_modes,

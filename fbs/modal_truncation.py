@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ._checks import FloatArray, read_only
+from ._kernels.checks import FloatArray, read_only
 from .errors import AxisMismatchError, FbsError
 from .second_order_system import SecondOrderSystem
 from .undamped_modes import RealModes, Selection, StiffnessFactor, real_modes, stiffness_factor

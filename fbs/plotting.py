@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from ._checks import ComplexArray, FloatArray
+from ._kernels.checks import ComplexArray, FloatArray
 from .errors import FbsError
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import schur
 
-from ._blocks import each, stretches
-from ._checks import ComplexArray, FloatArray, ascending_frequency
+from ._kernels.blocks import each, stretches
+from ._kernels.checks import ComplexArray, FloatArray, ascending_frequency
 from .damped_modes import state_space
 from .errors import undamped_pole
 from .frf import Frf, Quantity, as_quantity

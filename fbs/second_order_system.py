@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _batched
-from ._blocks import each, stretches
-from ._checks import FloatArray, read_only, square_matrix
+from ._kernels import batched as _batched
+from ._kernels.blocks import each, stretches
+from ._kernels.checks import FloatArray, read_only, square_matrix
 from ._systems import LabelledSystem, Target
 from .errors import FbsError, singular_dynamic_stiffness
 from .frf import Frf, Quantity

@@ -10,7 +10,7 @@ from types import MappingProxyType
 
 from numpy.typing import ArrayLike
 
-from ._checks import FloatArray, ascending_frequency
+from ._kernels.checks import FloatArray, ascending_frequency
 from .damped_modes import complex_modes, is_proportional, modal_damping
 from .errors import (
     DefectiveModesError,

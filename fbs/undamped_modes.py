@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lapack
 
-from ._checks import FloatArray, read_only
+from ._kernels.blas_threads import blas_for
+from ._kernels.checks import FloatArray, read_only
 from ._representation import MOST, counted, html_table
-from .blas_threads import blas_for
 from .errors import FbsError, IndefiniteMassError, IndefiniteStiffnessError
 from .second_order_system import SecondOrderSystem
 

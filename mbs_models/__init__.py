@@ -26,17 +26,16 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .drivetrain import MultibodySystem, build_drivetrain, build_stage
     from .errors import ModelError
-    from .excitation import Excitation, excitations_of
+    from .gears.operating_point import OperatingPoint, operating_point
     from .integration.integrators import Integrator, choose_integrator
+    from .integration.time_integration import SimulationError, simulate
     from .integration.transient_record import TransientRecord
-    from .linearization import LinearizedSystem, linearize
-    from .meshing.operating_point import OperatingPoint, operating_point
-    from .mode_kinds import Kind, Modes
-    from .model_file import dumps, load, loads, preset_names
-    from .modes import drivetrain_modes
-    from .parameters import (
+    from .modal.mode_kinds import Kind, Modes
+    from .modal.modes import drivetrain_modes
+    from .model.excitation import Excitation, excitations_of
+    from .model.model_file import dumps, load, loads, preset_names
+    from .model.parameters import (
         Coupling,
         Damping,
         Drivetrain,
@@ -44,10 +43,11 @@ if TYPE_CHECKING:
         ParallelStage,
         PlanetaryStage,
     )
-    from .read_back import drivetrain_components
     from .signals.lines import Harmonic, schroeder_multisine
     from .signals.sines import Sweep
-    from .time_integration import SimulationError, simulate
+    from .system.drivetrain import MultibodySystem, build_drivetrain, build_stage
+    from .system.linearization import LinearizedSystem, linearize
+    from .system.read_back import drivetrain_components
 
     __version__: str
 
@@ -88,23 +88,23 @@ __all__ = [
 ]
 
 _MODULES = {
-    "drivetrain": ("MultibodySystem", "build_drivetrain", "build_stage"),
+    "system.drivetrain": ("MultibodySystem", "build_drivetrain", "build_stage"),
     "errors": ("ModelError",),
-    "excitation": ("Excitation", "excitations_of"),
+    "model.excitation": ("Excitation", "excitations_of"),
     "integration.integrators": ("Integrator", "choose_integrator"),
     "integration.transient_record": ("TransientRecord",),
-    "linearization": ("LinearizedSystem", "linearize"),
-    "meshing.operating_point": ("OperatingPoint", "operating_point"),
-    "mode_kinds": ("Kind", "Modes"),
-    "model_file": ("dumps", "load", "loads", "preset_names"),
-    "modes": ("drivetrain_modes",),
-    "parameters": (
+    "system.linearization": ("LinearizedSystem", "linearize"),
+    "gears.operating_point": ("OperatingPoint", "operating_point"),
+    "modal.mode_kinds": ("Kind", "Modes"),
+    "model.model_file": ("dumps", "load", "loads", "preset_names"),
+    "modal.modes": ("drivetrain_modes",),
+    "model.parameters": (
         "Coupling", "Damping", "Drivetrain", "Inertia", "ParallelStage", "PlanetaryStage",
     ),
-    "read_back": ("drivetrain_components",),
+    "system.read_back": ("drivetrain_components",),
     "signals.lines": ("Harmonic", "schroeder_multisine"),
     "signals.sines": ("Sweep",),
-    "time_integration": ("SimulationError", "simulate"),
+    "integration.time_integration": ("SimulationError", "simulate"),
 }  # fmt: skip
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
 

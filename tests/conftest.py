@@ -21,7 +21,7 @@ settings.load_profile("reproducible")
 @pytest.fixture(autouse=True, scope="session")
 def _no_progress_lines() -> Iterator[None]:
     """What a slow machine would print of its progress is no part of what commands say."""
-    from validation import screen
+    from validation.runtime import streams as screen
 
     before = screen.BETWEEN_LINES
     screen.BETWEEN_LINES = math.inf

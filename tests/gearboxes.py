@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from mbs_models.parameters import Drivetrain
+from mbs_models.model.parameters import Drivetrain
 from tests.geared import lin_parker
 from tests.strategies import changed
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from mbs_models.mode_kinds import Kind
-from mbs_models.model_file import load
-from mbs_models.parameters import Drivetrain
+from mbs_models.modal.mode_kinds import Kind
+from mbs_models.model.model_file import load
+from mbs_models.model.parameters import Drivetrain
 from tests.strategies import changed, with_stage
 
 # Teeth for Lin & Parker's base radii 38.7 and 50.2 mm (ring 139.1 mm): within 2 %, and such that N

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from hypothesis import strategies as st
 
-from mbs_models.model_file import load
-from mbs_models.parameters import (
+from mbs_models.model.model_file import load
+from mbs_models.model.parameters import (
     Damping,
     Drivetrain,
     Inertia,

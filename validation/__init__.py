@@ -23,13 +23,15 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .comparison import cross_check
+    from .checks.check import Check
+    from .crosscheck.comparison import cross_check
+    from .crosscheck.output import write_report
+    from .crosscheck.results import CrossCheck
     from .errors import CommandError
-    from .multibody import as_second_order, drivetrain_system, stage_system
     from .paper.study import paper_study
-    from .report import write_report
-    from .results import Band, Check, CrossCheck
-    from .routes import (
+    from .routes.bands import Band
+    from .routes.multibody import as_second_order, drivetrain_system, stage_system
+    from .routes.routes import (
         EQUATIONS,
         Model,
         Route,
@@ -69,13 +71,15 @@ __all__ = [
 ]
 
 _MODULES = {
-    "comparison": ("cross_check",),
+    "crosscheck.comparison": ("cross_check",),
     "errors": ("CommandError",),
-    "multibody": ("as_second_order", "drivetrain_system", "stage_system"),
+    "routes.multibody": ("as_second_order", "drivetrain_system", "stage_system"),
     "paper.study": ("paper_study",),
-    "report": ("write_report",),
-    "results": ("Band", "Check", "CrossCheck"),
-    "routes": (
+    "crosscheck.output": ("write_report",),
+    "checks.check": ("Check",),
+    "crosscheck.results": ("CrossCheck",),
+    "routes.bands": ("Band",),
+    "routes.routes": (
         "EQUATIONS", "Model", "Route", "Source", "build_model", "coupling_joints",
         "exudyn_source", "fbs_route", "loaded_source", "whole_route",
     ),

@@ -29,7 +29,7 @@ from .cli_options import (
     Workers,
     named,
 )
-from .exit_codes import BAD_INPUT, exit_code
+from .runtime.exit_codes import BAD_INPUT, exit_code
 
 app = typer.Typer(
     name="crosscheck",
@@ -82,14 +82,15 @@ def run(
     ] = None,
 ) -> None:
     """Compare all routes and write a report; exit code 1 if they disagree."""
-    from mbs_models.mode_kinds import label_inertias
-    from mbs_models.model_file import load
+    from mbs_models.modal.mode_kinds import label_inertias
+    from mbs_models.model.model_file import load
 
-    from . import screen
-    from .memory import require_memory, run_bytes
-    from .replacement import read_replacements
-    from .results import Band, band
-    from .swap import in_words
+    from .crosscheck.console import verdicts
+    from .crosscheck.swap import in_words
+    from .routes.bands import Band, band
+    from .routes.memory import require_memory, run_bytes
+    from .routes.substitution import read_replacements
+    from .runtime.streams import progress_bars, warn
 
     drivetrain = load(model)
     n_dofs = len(label_inertias(drivetrain))
@@ -98,14 +99,16 @@ def run(
     require_memory(lines, run_bytes(drivetrain), "the report's curves")
     if in_time is None:
         in_time = n_dofs <= MOST_DOFS_IN_TIME and not replaced
-    screen.warn(drivetrain.warnings())
+    warn(drivetrain.warnings())
     for replacement in replaced:
-        screen.warn(replacement.warnings)
-    from .output_folder import held
+        warn(replacement.warnings)
+    from .runtime.output_folder import held
 
-    with held(out, ("report.html", "results.json")), screen.progress() as progress:
-        from .comparison import cross_check  # takes its time to load: bad input is told before
-        from .report import write_report
+    with held(out, ("report.html", "results.json")), progress_bars() as progress:
+        from .crosscheck.comparison import (
+            cross_check,  # takes its time to load: bad input is told before
+        )
+        from .crosscheck.output import write_report
 
         result = cross_check(
             drivetrain,
@@ -118,7 +121,7 @@ def run(
         progress("writing the report", 0, 1)
         html, data = write_report(result, out)
         progress("writing the report", 1, 1)
-    screen.verdicts(result)
+    verdicts(result)
     if result.swap is not None:
         print("\n".join(in_words(result.swap)))
     print(f"Report: {html}\nResults: {data}")
@@ -137,21 +140,22 @@ def modes(
     as_json: Annotated[bool, typer.Option("--json", help="Machine-readable.")] = False,
 ) -> None:
     """Natural frequencies, damping ratios and kinds of all modes."""
-    from mbs_models.model_file import load
+    from mbs_models.model.model_file import load
 
-    from . import screen
-    from .modes import solved_modes
+    from .inspection.modes import print_modes, solved_modes
+    from .runtime.streams import warn
 
     drivetrain = load(model)
-    screen.warn(drivetrain.warnings())
+    warn(drivetrain.warnings())
     found, at_rest = solved_modes(drivetrain, route, torque)
     if not as_json:
-        screen.modes(drivetrain.name, route, found, at_rest, torque)
+        print_modes(drivetrain.name, route, found, at_rest, torque)
         return
-    from .modes import modes_document, round_off_warnings
+    from .inspection.modes import modes_document
+    from .routes.modes import round_off_warnings
 
     if route == "exudyn":
-        screen.warn(round_off_warnings(found))
+        warn(round_off_warnings(found))
     document = {"model": model, "route": route, "modes": modes_document(found, at_rest)}
     print(json.dumps(document, indent=1))
 
@@ -179,12 +183,12 @@ def frf(
     ] = None,
 ) -> None:
     """FRFs between DoFs, drawn on the screen or written to a file."""
-    from mbs_models.model_file import load
+    from mbs_models.model.model_file import load
 
-    from . import frf_output
-    from .memory import frf_bytes, frf_count, require_memory
-    from .results import band
-    from .routes import frf_by_name
+    from .inspection import frf_output
+    from .routes.bands import band
+    from .routes.memory import frf_bytes, frf_count, require_memory
+    from .routes.routes import frf_by_name
 
     responses = frf_output.labels("--response", response)
     excitations = frf_output.labels("--excitation", excitation)
@@ -223,15 +227,16 @@ def paper(
     ] = "0.1dB",
 ) -> None:
     """Check the seed paper's tables, figures and claims; exit code 1 if our own routes disagree."""
-    from . import paper_input, screen
+    from .paper import options as paper_input
+    from .runtime.streams import progress_bars
 
     tolerance_db = paper_input.decibels("--tolerance", tolerance)
     item = None if only is None else paper_input.item("--only", only)
-    from .output_folder import held
+    from .runtime.output_folder import held
 
-    with held(out, ("paper.html", "paper.json")), screen.progress() as progress:
+    with held(out, ("paper.html", "paper.json")), progress_bars() as progress:
         from .paper import paper_study  # takes its time to load: bad input is told before
-        from .report.paper_report import write_paper_report
+        from .paper.page import write_paper_report
 
         study = paper_study(
             item,
@@ -241,8 +246,8 @@ def paper(
         progress("writing the report", 0, 1)
         html, data = write_paper_report(study, out)
         progress("writing the report", 1, 1)
-    from .paper_agreement import route_checks
-    from .paper_screen import paper_verdicts
+    from .paper.agreement import route_checks
+    from .paper.console import paper_verdicts
 
     checks = route_checks(study)
     paper_verdicts(study, checks)
@@ -281,16 +286,16 @@ def sweep(
     ] = False,
 ) -> None:
     """Vary parameters: an FRF and natural frequencies, as table and report; goes on if stopped."""
-    from mbs_models.model_file import load
+    from mbs_models.model.model_file import load
 
-    from .executors import check as check_executor
+    from .runtime.executors import check as check_executor
     from .sweep.parameters import design
 
     check_executor(executor, workers)
     drivetrain = load(model)
     samples_of = design(drivetrain, vary or (), samples, seed, sampling)
-    from .memory import BYTES_PER_SWEPT_LINE, require_memory
-    from .results import band  # takes its time to load: bad input is told before
+    from .routes.bands import band
+    from .routes.memory import BYTES_PER_SWEPT_LINE, require_memory
     from .sweep.command import carry_out
     from .sweep.run import dof_pair, task
 
@@ -343,7 +348,7 @@ def simulate(
     ),
 ) -> None:
     """Integrate in time: FRFs against FBS, or a gearbox at speed; goes on if stopped."""
-    from . import frf_output
+    from .inspection import frf_output
     from .simulation.command import Options, carry_out
 
     options = Options(
@@ -379,7 +384,7 @@ def speed(
     out: Annotated[Path, typer.Option(help="Where speed.html goes.")] = Path("crosscheck-speed"),
 ) -> None:
     """Mesh and bearing forces and vibration over the speed range, by harmonic balance."""
-    from . import frf_output
+    from .inspection import frf_output
     from .speed.command import Options, run_command
 
     options = Options(
@@ -400,7 +405,7 @@ def speed(
 @app.command()
 def presets() -> None:
     """List the drivetrains that come with the package."""
-    from mbs_models.model_file import describe, preset_names
+    from mbs_models.model.model_file import describe, preset_names
 
     for name in preset_names():
         print(describe(name))
@@ -414,7 +419,7 @@ def new(
     ] = "paper",
 ) -> None:
     """Write a commented model file to start from; never overwrites."""
-    from mbs_models.model_file import template, write_new
+    from mbs_models.model.model_file import template, write_new
 
     write_new(file, template(source))
     print(f"{file}: written, from preset '{source}'")
@@ -427,7 +432,7 @@ def check(
     ],
 ) -> None:
     """Validate a model file, say what was understood, and what is probably typed wrong."""
-    from .check_model import check_model
+    from .inspection.check_model import check_model
 
     check_model(file)
 
@@ -435,7 +440,7 @@ def check(
 @app.command()
 def schema() -> None:
     """Print the model file's JSON schema, for editors."""
-    from mbs_models.parameters import Drivetrain
+    from mbs_models.model.parameters import Drivetrain
 
     print(json.dumps(Drivetrain.model_json_schema(by_alias=True), indent=1, ensure_ascii=False))
 

@@ -19,13 +19,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..components import GROUND, Spring, SpringKind
-from ..drivetrain import MultibodySystem
-from ..linearization import LinearizedSystem, coordinate_transform
-from ..meshing.involute_mesh import mesh_motion
-from ..meshing.mesh_excitation import elastic_energy, mesh_force, mesh_forces
-from ..meshing.mesh_records import mesh_coordinates
-from ..read_back import components
+from ..contact.involute_mesh import mesh_motion
+from ..contact.mesh_excitation import elastic_energy, mesh_force, mesh_forces
+from ..gears.mesh_records import mesh_coordinates
+from ..system.components import GROUND, Spring, SpringKind
+from ..system.drivetrain import MultibodySystem
+from ..system.linearization import LinearizedSystem, coordinate_transform
+from ..system.read_back import components
 
 FloatArray = NDArray[np.float64]
 

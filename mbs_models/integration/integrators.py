@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from ..errors import ModelError
 
 if TYPE_CHECKING:
-    from ..linearization import LinearizedSystem
+    from ..system.linearization import LinearizedSystem
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..drivetrain import MultibodySystem
 from ..errors import ModelError
-from ..excitation import Excitation
+from ..model.excitation import Excitation
 from ..signals.lines import Signal
+from ..system.drivetrain import MultibodySystem
 from .probes import add_force
 
 FloatArray = NDArray[np.float64]

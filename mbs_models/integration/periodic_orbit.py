@@ -18,14 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from ..drivetrain import build_drivetrain
 from ..errors import OrbitError
-from ..excitation import Excitation
 from ..interrupts import interrupts_held
-from ..linearization import LinearizedSystem, coordinate_transform, linearize
-from ..mode_kinds import rigid_body_count
-from ..parameters import Drivetrain
+from ..modal.mode_kinds import rigid_body_count
+from ..model.excitation import Excitation
+from ..model.parameters import Drivetrain
 from ..signals.lines import Multisine
+from ..system.drivetrain import build_drivetrain
+from ..system.linearization import LinearizedSystem, coordinate_transform, linearize
 from .integrators import KNOWN_BEND
 from .probes import INITIAL, NodeSensors, add_force, solver_settings
 from .steady_state import steady_lines

@@ -12,8 +12,8 @@ from exudyn.exudynCPP import NodeIndex
 from exudyn.utilities import LoadCoordinate, MarkerNodeCoordinate, SensorNode
 from numpy.typing import NDArray
 
-from ..drivetrain import MultibodySystem
 from ..errors import ModelError
+from ..system.drivetrain import MultibodySystem
 
 FloatArray = NDArray[np.float64]
 # exudyn's user function of a load: (system, time, the load's own value) → value (N).

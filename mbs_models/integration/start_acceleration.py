@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from ..drivetrain import MultibodySystem
-from ..linearization import LinearizedSystem, coordinate_transform
+from ..system.drivetrain import MultibodySystem
+from ..system.linearization import LinearizedSystem, coordinate_transform
 from .probes import CURRENT, solver_settings
 
 FloatArray = NDArray[np.float64]

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from ..harmonic_response import harmonic_response
-from ..linearization import LinearizedSystem
-from ..mode_kinds import rigid_body_count
+from ..modal.mode_kinds import rigid_body_count
+from ..system.harmonic_response import harmonic_response
+from ..system.linearization import LinearizedSystem
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

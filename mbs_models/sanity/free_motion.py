@@ -12,9 +12,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from ..components import Components
-from ..orders import STANDS_STILL, free_motions, speeds
-from ..parameters import Drivetrain, ParallelStage, PlanetaryStage
+from ..gears.orders import STANDS_STILL, free_motions, speeds
+from ..model.parameters import Drivetrain, ParallelStage, PlanetaryStage
+from ..system.components import Components
 from .finding import Finding
 from .quantities import SpringKind, stiffnesses
 from .stiffness_ranges import RANGES

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 
-from ..parameters import Coupling, Part
+from ..model.parameters import Coupling, Part
 from .finding import Finding
 from .quantities import BodyKind, MomentOfInertia, Solid, solids
 

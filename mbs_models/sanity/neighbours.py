@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from decimal import Decimal
 from statistics import median
 
-from ..parameters import Coupling, Drivetrain, Part
+from ..model.parameters import Coupling, Drivetrain, Part
 from .finding import Finding
 from .quantities import stiffnesses
 

@@ -11,9 +11,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
 
-from ..bodies import Body, Matrix2, ParallelGear, Table
-from ..meshing.mesh_tables import TransmissionError
-from ..parameters import Coupling, ParallelStage, Part, PlanetaryStage
+from ..model.bodies import Body, Matrix2, ParallelGear, Table
+from ..model.mesh_tables import TransmissionError
+from ..model.parameters import Coupling, ParallelStage, Part, PlanetaryStage
 
 
 class BodyKind(Enum):

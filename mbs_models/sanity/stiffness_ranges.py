@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 
-from ..parameters import Coupling, Part
+from ..model.parameters import Coupling, Part
 from .finding import Finding
 from .quantities import SpringKind, Stiffness, stiffnesses
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ..components import mesh_name
-from ..parameters import Drivetrain, ParallelStage
-from ..power_flow import PowerFlow
+from ..gears.power_flow import PowerFlow
+from ..model.parameters import Drivetrain, ParallelStage
+from ..system.components import mesh_name
 from .finding import Finding
 
 LARGEST_DEFLECTION = 5e-4  # m: three times that, so that only a wrong unit is beyond

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from ..parameters import Coupling, Part
+from ..model.parameters import Coupling, Part
 from .finding import Finding
 from .quantities import Quantity, gaps, helix_angles, lengths, pressure_angles, transmission_errors
 

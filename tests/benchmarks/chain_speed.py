@@ -38,7 +38,7 @@ from fbs import (
     reduced_frf,
     sparse_frf,
 )
-from validation.metrics import scaled_error
+from validation.checks.metrics import scaled_error
 
 LENGTHS = (1, 2, 5, 10, 20, 50)
 LINES = frequency_axis(1.0, 15000.0, 1.0)
@@ -137,10 +137,10 @@ def measure_in_turn(paths: list[str]) -> None:
 
 def chain_files(folder: str, lengths: list[int]) -> dict[int, tuple[str, int]]:
     """Build the chains; {length: (file, DoFs)}."""
-    from mbs_models.model_file import load
+    from mbs_models.model.model_file import load
     from tests.strategies import DAMPED
-    from validation.chains import planetary_chain
-    from validation.routes import EQUATIONS, build_model
+    from validation.routes.chains import planetary_chain
+    from validation.routes.routes import EQUATIONS, build_model
 
     (stage,) = load("lin-parker-4").stages
     files = {}

@@ -36,12 +36,12 @@ from fbs import (
     modal_frf,
     real_modes,
 )
-from fbs._blocks import cores
-from mbs_models.model_file import load
-from mbs_models.parameters import Damping
+from fbs._kernels.blocks import cores
+from mbs_models.model.model_file import load
+from mbs_models.model.parameters import Damping
 from tests.strategies import damped
-from validation.metrics import scaled_error
-from validation.routes import EQUATIONS, Model, build_model
+from validation.checks.metrics import scaled_error
+from validation.routes.routes import EQUATIONS, Model, build_model
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")  # sdynpy's import opens a display else
 

@@ -25,11 +25,11 @@ from fbs import (
     stability_by_period,
     steady_state,
 )
-from mbs_models.meshing.operating_point import operating_point
-from mbs_models.model_file import load
-from mbs_models.parameters import Drivetrain
+from mbs_models.gears.operating_point import operating_point
+from mbs_models.model.model_file import load
+from mbs_models.model.parameters import Drivetrain
 from tests.strategies import changed, with_stage
-from validation.periodic_meshes import PeriodicDrivetrain, parametric
+from validation.routes.periodic_meshes import PeriodicDrivetrain, parametric
 from validation.speed.plan import plan
 from validation.speed.study import run
 

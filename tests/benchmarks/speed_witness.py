@@ -13,7 +13,7 @@ import time
 
 import numpy as np
 
-from mbs_models.parameters import Drivetrain
+from mbs_models.model.parameters import Drivetrain
 from tests.benchmarks.speed_range import reducer
 from tests.gearboxes import pair, planetary
 from tests.strategies import changed

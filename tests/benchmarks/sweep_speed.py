@@ -24,12 +24,12 @@ from typing import Any
 import numpy as np
 
 from fbs import Frf, SecondOrderSystem, direct_frf, modal_frf
-from fbs.blas_threads import one_blas_thread
-from mbs_models.model_file import load
-from mbs_models.parameters import Drivetrain
-from validation.executors import process_pool
-from validation.results import Band
-from validation.routes import EQUATIONS
+from fbs._kernels.blas_threads import one_blas_thread
+from mbs_models.model.model_file import load
+from mbs_models.model.parameters import Drivetrain
+from validation.routes.bands import Band
+from validation.routes.routes import EQUATIONS
+from validation.runtime.executors import process_pool
 from validation.sweep.output import Pieces, Sweep, write_sweep
 from validation.sweep.parameters import Design, changed, design, model_data, steps_to
 from validation.sweep.run import sweep, task

@@ -9,10 +9,10 @@ from fbs_systems import hub_system, random_system, scaled_error
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from fbs import Frf, Joint, couple, direct_frf, frequency_axis, modal_frf, real_modes, schur_frf
-from fbs._blocks import cores, each, stretches
-from fbs._finite import RUN, square_sum, surely_finite
-from fbs._weighted_sum import LINES, TERMS, WeightedSum
-from fbs.blas_threads import blas_for, one_blas_thread
+from fbs._kernels.blas_threads import blas_for, one_blas_thread
+from fbs._kernels.blocks import cores, each, stretches
+from fbs._kernels.finite import RUN, square_sum, surely_finite
+from fbs._kernels.weighted_sum import LINES, TERMS, WeightedSum
 from fbs.errors import NonFiniteError
 
 DAMPING = {

@@ -22,8 +22,8 @@ from fbs import (
     modal_frf,
     real_modes,
 )
-from fbs.chain import BLOCK, couple_chain
 from fbs.interface_synthesis import interface_frf
+from fbs.large.chain import BLOCK, couple_chain
 
 AXIS = frequency_axis(100, 4000, 20)
 EPS = float(np.finfo(float).eps)
@@ -272,7 +272,9 @@ def test_unstable_lines_are_coupled_at_once_with_a_label_of_two_parts(monkeypatc
     without = SecondOrderSystem(mass, 0 * mass, spring_matrices(5, springs)[0], tuple("abcde"))
     axis = np.sort(real_modes(without).natural_frequencies) * (1 + 1e-9)
     coupled = []
-    monkeypatch.setattr("fbs.chain.couple", lambda *given: coupled.append(given) or couple(*given))
+    monkeypatch.setattr(
+        "fbs.large.chain.couple", lambda *given: coupled.append(given) or couple(*given)
+    )
     chain = couple_chain(parts, joints, axis, ["body"], ["body"], direct_frf)
     assert len(coupled) == 1
     # the body's dynamic stiffness, with each branch's seen through its joint

@@ -18,12 +18,12 @@ from fbs import (
     SecondOrderSystem,
     SingularBalanceError,
     SingularLineError,
-    _balance,
     direct_frf,
     outputs,
     steady_state,
     waveform,
 )
+from fbs.periodic import _balance
 from tests.fbs.periodic_systems import (
     integrated,
     laws,

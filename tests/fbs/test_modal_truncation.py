@@ -22,8 +22,9 @@ from fbs import (
     truncate,
 )
 from fbs.damped_modes import rayleigh_coefficients
-from mbs_models.model_file import load
-from validation import equations, metrics
+from mbs_models.model.model_file import load
+from validation.checks import metrics
+from validation.routes import equations
 
 seeds = st.integers(0, 2**32 - 1)
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fbs import FbsError
-from fbs.order_analysis import order_spectrum, tracked_orders
+from fbs.signal.order_analysis import order_spectrum, tracked_orders
 
 FS = 8192.0
 TIME = np.arange(4 * 8192) / FS

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fbs import FbsError, Quantity, Record
-from fbs.record_files import read_record, write_record
+from fbs.files.record_files import read_record, write_record
 
 ENDINGS = (".npz", ".csv", ".uff", ".unv")
 METADATA = {"model": "Zwei Stufen, µ", "integrator": "RK44", "step": 1e-6, "pieces": [1, 2]}

@@ -23,10 +23,10 @@ from fbs import (
     modal_frf,
     real_modes,
 )
-from fbs.chain import couple_chain
 from fbs.coupling import Joint
-from fbs.krylov import ReductionError, reduced_frf
-from fbs.sparse_system import SparseSystem, sparse_frf
+from fbs.large.chain import couple_chain
+from fbs.large.krylov import ReductionError, reduced_frf
+from fbs.large.sparse_system import SparseSystem, sparse_frf
 
 AXIS = frequency_axis(10, 3000, 5)
 

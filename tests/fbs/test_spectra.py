@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fbs import FbsError, NonFiniteError
-from fbs.spectra import (
+from fbs.signal.spectra import (
     amplitude_spectrum,
     line_amplitudes,
     power_spectral_density,

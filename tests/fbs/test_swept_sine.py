@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fbs import FbsError
-from fbs.swept_sine import peak_hold, slow_rate, sweep_error, swept_peak
+from fbs.signal.swept_sine import peak_hold, slow_rate, sweep_error, swept_peak
 
 NATURAL, DAMPING, MASS = 100.0, 0.02, 2.0
 OMEGA = 2 * np.pi * NATURAL

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fbs import FbsError, Frf, Joint, couple, direct_frf, frequency_axis
-from fbs.uff import UffError, read_uff, write_uff
+from fbs.files.uff import UffError, read_uff, write_uff
 
 AXIS = frequency_axis(0, 50, 0.1)
 RESPONSES = ("planetary.planet2.u", "coupling.w", "reducer.pinion.rho")

@@ -6,10 +6,10 @@ are rigid; the preset's springs of 3e13 N/m lower them by less than 0.02 cpm.
 
 import pytest
 
-from mbs_models.mode_kinds import Kind
-from mbs_models.model_file import load
-from mbs_models.modes import drivetrain_modes
-from validation.modes import equation_modes
+from mbs_models.modal.mode_kinds import Kind
+from mbs_models.modal.modes import drivetrain_modes
+from mbs_models.model.model_file import load
+from validation.routes.modes import equation_modes
 
 
 @pytest.mark.parametrize("solve", [drivetrain_modes, equation_modes], ids=["exudyn", "equations"])

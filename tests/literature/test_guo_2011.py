@@ -21,20 +21,27 @@ import numpy as np
 import pytest
 
 from fbs import outputs, stability, steady_state
-from mbs_models.drivetrain import build_drivetrain
+from mbs_models.gears.operating_point import OperatingPoint, operating_point
+from mbs_models.gears.phasing import phasing
 from mbs_models.integration.integrators import RK44, Integrator
-from mbs_models.meshing.mesh_phasing import mesh_phases, phasing
-from mbs_models.meshing.operating_point import OperatingPoint, operating_point
-from mbs_models.meshing.waveforms import Trapezoid
-from mbs_models.mode_kinds import Kind
-from mbs_models.model_file import load
-from mbs_models.parameters import Drivetrain, PlanetaryStage
-from mbs_models.time_integration import simulate
+from mbs_models.integration.time_integration import simulate
+from mbs_models.modal.mode_kinds import Kind
+from mbs_models.model.mesh_phasing import mesh_phases
+from mbs_models.model.model_file import load
+from mbs_models.model.parameters import Drivetrain, PlanetaryStage
+from mbs_models.signals.waveforms import Trapezoid
+from mbs_models.system.drivetrain import build_drivetrain
 from tests.geared import family_amplitudes, speed_for
 from tests.literature.stiffness_series import SLOPE, coefficients
 from tests.strategies import changed
-from validation.floquet import ParametricSystem, Tongue, growth_rate, parametric_system, tongues
-from validation.periodic_meshes import PeriodicDrivetrain, parametric
+from validation.routes.floquet import (
+    ParametricSystem,
+    Tongue,
+    growth_rate,
+    parametric_system,
+    tongues,
+)
+from validation.routes.periodic_meshes import PeriodicDrivetrain, parametric
 
 TRAPEZOID = {"shape": "trapezoid", "contact_ratio": 1.6, "transition": 0.3}
 

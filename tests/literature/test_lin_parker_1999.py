@@ -10,10 +10,10 @@ from collections import Counter
 
 import pytest
 
-from mbs_models.mode_kinds import Kind, Modes
-from mbs_models.model_file import load
-from mbs_models.modes import drivetrain_modes
-from validation.modes import equation_modes
+from mbs_models.modal.mode_kinds import Kind, Modes
+from mbs_models.modal.modes import drivetrain_modes
+from mbs_models.model.model_file import load
+from validation.routes.modes import equation_modes
 
 ROTATIONAL = {
     3: [1475.7, 1930.3, 2658.3, 7462.8, 11775.3],

@@ -22,10 +22,10 @@ import pytest
 from scipy.linalg import eigh
 
 from fbs import PeriodicSpring, SecondOrderSystem, stability
-from mbs_models.meshing.mesh_excitation import MeshLaw
-from mbs_models.meshing.waveforms import Trapezoid
+from mbs_models.contact.mesh_excitation import MeshLaw
+from mbs_models.signals.waveforms import Trapezoid
 from tests.literature.stiffness_series import SLOPE, coefficients
-from validation.floquet import ParametricSystem, growth_rate
+from validation.routes.floquet import ParametricSystem, growth_rate
 
 AMPLITUDE = 0.001  # 2ξ of both meshes: second-order terms are 1 % of the widths
 MESHES = np.array([[1.0, -1.0, 0.0], [0.0, 1.0, -1.0]])

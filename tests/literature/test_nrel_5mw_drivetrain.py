@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from fbs import real_modes
-from mbs_models.mode_kinds import Kind
-from mbs_models.model_file import load
-from mbs_models.modes import drivetrain_modes
-from validation import multibody
+from mbs_models.modal.mode_kinds import Kind
+from mbs_models.modal.modes import drivetrain_modes
+from mbs_models.model.model_file import load
+from validation.routes import multibody
 
 DRIVETRAIN = load("wind-turbine")
 

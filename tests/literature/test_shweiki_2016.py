@@ -13,9 +13,9 @@ from __future__ import annotations
 
 import pytest
 
-from mbs_models.meshing.mesh_phasing import mesh_phases
-from mbs_models.model_file import load
-from mbs_models.parameters import PlanetaryStage
+from mbs_models.model.mesh_phasing import mesh_phases
+from mbs_models.model.model_file import load
+from mbs_models.model.parameters import PlanetaryStage
 
 SUN, PLANET, RING = 21, 39, 99
 SUN_TO_RING = 0.2805

@@ -20,9 +20,9 @@ import numpy as np
 import pytest
 
 from fbs import PeriodicSpring, SecondOrderSystem, stability, steady_state
-from mbs_models.meshing.mesh_excitation import MeshLaw
-from mbs_models.meshing.waveforms import FourierSeries
-from validation.floquet import ParametricSystem, growth_rate, instability_boundary
+from mbs_models.contact.mesh_excitation import MeshLaw
+from mbs_models.signals.waveforms import FourierSeries
+from validation.routes.floquet import ParametricSystem, growth_rate, instability_boundary
 
 Q = 25.0
 PRINTED = {  # order → a_r, b_r

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 
 from fbs import SecondOrderSystem
-from mbs_models.model_file import load
-from mbs_models.parameters import Drivetrain
+from mbs_models.model.model_file import load
+from mbs_models.model.parameters import Drivetrain
 from tests.strategies import damped, drivetrains, paper, with_coupling, with_stage
-from validation import equations, multibody
+from validation.routes import equations, multibody
 
 # Both routes add the same springs in double precision: what is left is the rounding of sines and
 # of positions in space, 1e-15 of the largest entry.

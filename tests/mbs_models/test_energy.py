@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from mbs_models.components import SpringKind
-from mbs_models.drivetrain import build_drivetrain
-from mbs_models.energy import component_shares, kinetic_energies, strain_energies
 from mbs_models.errors import ModelError
-from mbs_models.linearization import linearize
-from mbs_models.mode_kinds import Kind
-from mbs_models.model_file import dumps, load, loads
-from mbs_models.modes import drivetrain_modes
-from mbs_models.orders import orders, speeds
-from mbs_models.parameters import Drivetrain
-from mbs_models.read_back import components, drivetrain_components
+from mbs_models.gears.orders import orders, speeds
+from mbs_models.modal.energy import component_shares, kinetic_energies, strain_energies
+from mbs_models.modal.mode_kinds import Kind
+from mbs_models.modal.modes import drivetrain_modes
+from mbs_models.model.model_file import dumps, load, loads
+from mbs_models.model.parameters import Drivetrain
+from mbs_models.system.components import SpringKind
+from mbs_models.system.drivetrain import build_drivetrain
+from mbs_models.system.linearization import linearize
+from mbs_models.system.read_back import components, drivetrain_components
 from tests.strategies import changed, drivetrains, paper, with_coupling, with_stage
 
 PRESETS = ["paper", "lin-parker-3", "wind-turbine", "geared-torsional"]

@@ -7,13 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mbs_models.dof_radii import dof_radii
-from mbs_models.drivetrain import build_drivetrain
 from mbs_models.errors import ModelError
-from mbs_models.excitation import Excitation, check_record, excitation_of, excitations_of
-from mbs_models.excitation_tables import Setting
-from mbs_models.linearization import linearize
-from mbs_models.model_file import (
+from mbs_models.model.dof_radii import dof_radii
+from mbs_models.model.excitation import Excitation, check_record, excitation_of, excitations_of
+from mbs_models.model.excitation_tables import Setting
+from mbs_models.model.model_file import (
     dumps,
     excitation_table,
     folder_of,
@@ -22,9 +20,11 @@ from mbs_models.model_file import (
     preset_names,
     template,
 )
-from mbs_models.parameters import Drivetrain
+from mbs_models.model.parameters import Drivetrain
 from mbs_models.signals.lines import BandNoise, Harmonic, Multisine, schroeder_multisine
 from mbs_models.signals.sines import HalfSine, SteppedSine, Sweep
+from mbs_models.system.drivetrain import build_drivetrain
+from mbs_models.system.linearization import linearize
 
 PAPER = template("paper")
 BAND = "fmin = 10.0\nfmax = 4000.0\n"

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from mbs_models.errors import ModelError
-from mbs_models.meshing.gear_lines import MeshTone, gear_lines, measured_lines, mesh_tones
-from mbs_models.model_file import load
+from mbs_models.gears.gear_lines import MeshTone, gear_lines, measured_lines, mesh_tones
+from mbs_models.model.model_file import load
 
 PLANETARY = MeshTone("mesh planetary", 700.0, -10.0, 3)
 PARALLEL = MeshTone("mesh reducer", 1234.0)

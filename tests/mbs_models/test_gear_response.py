@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mbs_models.errors import ModelError
-from mbs_models.meshing.gear_response import PIECE, mesh_loads, rms_per_body
+from mbs_models.gears.gear_response import PIECE, mesh_loads, rms_per_body
 
 TURN = 2 * np.pi * np.arange(1000) / 1000
 

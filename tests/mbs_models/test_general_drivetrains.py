@@ -10,17 +10,18 @@ from hypothesis import given, settings
 
 from fbs import direct_frf, real_modes
 from mbs_models.errors import ModelError
-from mbs_models.mode_kinds import Kind
-from mbs_models.model_file import dumps, load, loads
-from mbs_models.modes import drivetrain_modes
-from mbs_models.parameters import Drivetrain
+from mbs_models.modal.mode_kinds import Kind
+from mbs_models.modal.modes import drivetrain_modes
+from mbs_models.model.model_file import dumps, load, loads
+from mbs_models.model.parameters import Drivetrain
 from mbs_models.sanity.neighbours import suspicious_stiffnesses
 from tests.strategies import drivetrains, paper, with_coupling, with_stage
-from validation import equations, multibody
-from validation.comparison import cross_check, model_warnings
-from validation.metrics import scaled_error
-from validation.results import Band
-from validation.routes import build_model, couple_stages, exudyn_source
+from validation.checks.metrics import scaled_error
+from validation.checks.model_warnings import model_warnings
+from validation.crosscheck.comparison import cross_check
+from validation.routes import equations, multibody
+from validation.routes.bands import Band
+from validation.routes.routes import build_model, couple_stages, exudyn_source
 
 LINES = np.geomspace(5.0, 15000.0, 50)
 SPRING = {"stiffness": 1e8}

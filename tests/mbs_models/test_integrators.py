@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mbs_models.drivetrain import build_drivetrain
 from mbs_models.errors import ModelError
 from mbs_models.integration.integrators import (
     FREQUENCY_BEND,
@@ -19,9 +18,10 @@ from mbs_models.integration.integrators import (
     stable_step,
     steps_per_sample,
 )
-from mbs_models.linearization import LinearizedSystem, linearize
-from mbs_models.model_file import load
-from mbs_models.parameters import Damping
+from mbs_models.model.model_file import load
+from mbs_models.model.parameters import Damping
+from mbs_models.system.drivetrain import build_drivetrain
+from mbs_models.system.linearization import LinearizedSystem, linearize
 from tests.strategies import damped, paper
 
 

@@ -10,20 +10,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from mbs_models.drivetrain import MultibodySystem, build_drivetrain
-from mbs_models.integration.integrators import RK44, TRAPEZOIDAL, Integrator
-from mbs_models.linearization import linearize
-from mbs_models.meshing.involute_mesh import (
+from mbs_models.contact.involute_mesh import (
     InvolutePair,
     curvature,
     gradient,
     mesh_motion,
     transverse_mesh,
 )
-from mbs_models.meshing.operating_point import operating_point
-from mbs_models.meshing.static_state import forces_at
-from mbs_models.parameters import Drivetrain
-from mbs_models.time_integration import simulate
+from mbs_models.gears.operating_point import operating_point
+from mbs_models.integration.integrators import RK44, TRAPEZOIDAL, Integrator
+from mbs_models.integration.time_integration import simulate
+from mbs_models.model.parameters import Drivetrain
+from mbs_models.system.displaced import forces_at
+from mbs_models.system.drivetrain import MultibodySystem, build_drivetrain
+from mbs_models.system.linearization import linearize
 
 FloatArray = NDArray[np.float64]
 

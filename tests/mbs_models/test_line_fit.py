@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mbs_models.errors import ModelError
-from mbs_models.meshing import line_fit
-from mbs_models.meshing.line_fit import APART, fit_tones
+from mbs_models.gears import line_fit
+from mbs_models.gears.line_fit import APART, fit_tones
 
 RATE = 1000.0
 

@@ -12,17 +12,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from mbs_models.drivetrain import build_drivetrain
+from mbs_models.contact.mesh_excitation import LawSamples, MeshLaw, mesh_force, mesh_forces
 from mbs_models.errors import ModelError
 from mbs_models.integration.integrators import RK44, TRAPEZOIDAL, Integrator
-from mbs_models.linearization import linearize
-from mbs_models.meshing.mesh_excitation import LawSamples, MeshLaw, mesh_force, mesh_forces
-from mbs_models.meshing.mesh_tables import TrapezoidVariation
-from mbs_models.meshing.waveforms import FourierSeries, Trapezoid
-from mbs_models.model_file import dumps, load, loads
-from mbs_models.parameters import Drivetrain
-from mbs_models.read_back import components
-from mbs_models.time_integration import simulate
+from mbs_models.integration.time_integration import simulate
+from mbs_models.model.mesh_tables import TrapezoidVariation
+from mbs_models.model.model_file import dumps, load, loads
+from mbs_models.model.parameters import Drivetrain
+from mbs_models.signals.waveforms import FourierSeries, Trapezoid
+from mbs_models.system.drivetrain import build_drivetrain
+from mbs_models.system.linearization import linearize
+from mbs_models.system.read_back import components
 from tests.geared import lin_parker
 from tests.strategies import with_stage
 

@@ -10,15 +10,16 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from mbs_models.drivetrain import build_drivetrain
 from mbs_models.errors import ModelError
+from mbs_models.gears.operating_point import operating_point
+from mbs_models.gears.phasing import phasing
 from mbs_models.integration.integrators import RK44, Integrator
-from mbs_models.meshing.mesh_phasing import check_assembly, mesh_phases, phasing, sun_to_ring_phase
-from mbs_models.meshing.operating_point import operating_point
-from mbs_models.mode_kinds import Kind
-from mbs_models.model_file import load
-from mbs_models.parameters import PlanetaryStage
-from mbs_models.time_integration import simulate
+from mbs_models.integration.time_integration import simulate
+from mbs_models.modal.mode_kinds import Kind
+from mbs_models.model.mesh_phasing import check_assembly, mesh_phases, sun_to_ring_phase
+from mbs_models.model.model_file import load
+from mbs_models.model.parameters import PlanetaryStage
+from mbs_models.system.drivetrain import build_drivetrain
 from tests.geared import TEETH, family_amplitudes, lin_parker, speed_for
 
 TURN = 2.0 * math.pi

@@ -12,20 +12,20 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from mbs_models.drivetrain import build_drivetrain
+from mbs_models.gears.operating_point import operating_point
+from mbs_models.gears.orders import free_motions
 from mbs_models.integration.integrators import (
     FREQUENCY_BEND,
     RK44,
     TRAPEZOIDAL,
     choose_integrator,
 )
-from mbs_models.linearization import linearize
-from mbs_models.meshing.operating_point import operating_point
-from mbs_models.model_file import load, loads
-from mbs_models.orders import free_motions
-from mbs_models.parameters import Drivetrain
-from mbs_models.read_back import components
-from mbs_models.time_integration import simulate
+from mbs_models.integration.time_integration import simulate
+from mbs_models.model.model_file import load, loads
+from mbs_models.model.parameters import Drivetrain
+from mbs_models.system.drivetrain import build_drivetrain
+from mbs_models.system.linearization import linearize
+from mbs_models.system.read_back import components
 from tests.mbs_models.test_involute_mesh import pair_drivetrain
 from tests.mbs_models.transient_runs import by
 

@@ -17,12 +17,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from mbs_models.drivetrain import build_drivetrain
+from mbs_models.gears.operating_point import operating_point
 from mbs_models.integration.integrators import RK44
+from mbs_models.integration.time_integration import simulate
 from mbs_models.integration.transient_record import TransientRecord
-from mbs_models.meshing.operating_point import operating_point
-from mbs_models.parameters import Drivetrain
-from mbs_models.time_integration import simulate
+from mbs_models.model.parameters import Drivetrain
+from mbs_models.system.drivetrain import build_drivetrain
 from tests.geared import TEETH, lin_parker, speed_for
 from tests.mbs_models.involute_witness import (
     Teeth,

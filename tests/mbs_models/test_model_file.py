@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 
-from mbs_models.model_file import (
+from mbs_models.model.model_file import (
     ModelError,
     dumps,
     load,
@@ -20,7 +20,7 @@ from mbs_models.model_file import (
     template,
     write_new,
 )
-from mbs_models.parameters import Drivetrain
+from mbs_models.model.parameters import Drivetrain
 
 PAPER = template("paper")
 REDUCER = "stage[0] 'reducer': "

@@ -11,11 +11,11 @@ from typing import Any
 
 import pytest
 
-from mbs_models import model_messages
 from mbs_models.errors import ModelError
-from mbs_models.model_file import loads, template
-from mbs_models.parameters import Drivetrain
-from mbs_models.toml_text import bare, inline
+from mbs_models.model import messages as model_messages
+from mbs_models.model.model_file import loads, template
+from mbs_models.model.parameters import Drivetrain
+from mbs_models.model.toml_text import bare, inline
 
 Path = tuple[str | int, ...]
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbs_models.mode_kinds import Kind, Mode
-from mbs_models.model_file import load
-from mbs_models.modes import drivetrain_modes
-from mbs_models.parameters import Damping
+from mbs_models.modal.mode_kinds import Kind, Mode
+from mbs_models.modal.modes import drivetrain_modes
+from mbs_models.model.model_file import load
+from mbs_models.model.parameters import Damping
 from tests.strategies import changed, damped, paper, with_coupling, with_stage
-from validation.modes import equation_modes
+from validation.routes.modes import equation_modes
 
 # Seed paper, Table 3, with the values its own parameters give (k_sw = 1e5 N/m, 1e8 N/m between
 # wheel and hub): 2202 Hz is not among them, 2089.8 Hz (twice) is.

@@ -11,15 +11,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mbs_models.drivetrain import build_drivetrain
+from mbs_models.contact.mesh_excitation import at_mean
 from mbs_models.errors import ModelError
+from mbs_models.gears.operating_point import OperatingPoint, operating_point
 from mbs_models.integration.integrators import RK44, Integrator
-from mbs_models.linearization import linearize
-from mbs_models.meshing.operating_point import OperatingPoint, operating_point
-from mbs_models.meshing.static_state import at_mean, forces_at
-from mbs_models.model_file import load
-from mbs_models.parameters import Drivetrain
-from mbs_models.time_integration import simulate
+from mbs_models.integration.time_integration import simulate
+from mbs_models.model.model_file import load
+from mbs_models.model.parameters import Drivetrain
+from mbs_models.system.displaced import forces_at
+from mbs_models.system.drivetrain import build_drivetrain
+from mbs_models.system.linearization import linearize
 from tests.geared import geared_reducer, lin_parker, speed_for
 from tests.strategies import changed, drivetrains, paper, with_stage
 

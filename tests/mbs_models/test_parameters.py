@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mbs_models.model_file import load, loads, template
-from mbs_models.parameters import Drivetrain, ParallelStage, PlanetaryStage
+from mbs_models.model.model_file import load, loads, template
+from mbs_models.model.parameters import Drivetrain, ParallelStage, PlanetaryStage
 
 sizes = st.floats(1e-3, 1e3)
 

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from mbs_models.errors import ModelError, OrbitError
-from mbs_models.excitation import Excitation
 from mbs_models.integration.periodic_orbit import CLOSURE, periodic_response, steps_per_period
-from mbs_models.model_file import load
+from mbs_models.model.excitation import Excitation
+from mbs_models.model.model_file import load
 from mbs_models.signals.lines import Multisine, schroeder_multisine
 from tests.strategies import changed, damped, paper
-from validation.time_domain import RAYLEIGH, rayleigh_damping, time_domain, time_domain_checks
+from validation.checks.time_domain import time_domain_checks
+from validation.routes.time_domain import RAYLEIGH, rayleigh_damping, time_domain
 
 SUN = "planetary.sun.w"
 

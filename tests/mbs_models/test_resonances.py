@@ -8,15 +8,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mbs_models.components import Components
-from mbs_models.meshing.mesh_phasing import phasing
-from mbs_models.mode_kinds import Kind, Modes
-from mbs_models.model_file import load
-from mbs_models.modes import drivetrain_modes
-from mbs_models.orders import Order, mesh_harmonics, orders
-from mbs_models.parameters import Drivetrain
-from mbs_models.read_back import drivetrain_components
-from mbs_models.resonances import crossings, margins, mode_energies, reach
+from mbs_models.gears.orders import Order, mesh_harmonics, orders
+from mbs_models.gears.phasing import phasing
+from mbs_models.gears.resonances import crossings, margins, mode_energies, reach
+from mbs_models.modal.mode_kinds import Kind, Modes
+from mbs_models.modal.modes import drivetrain_modes
+from mbs_models.model.model_file import load
+from mbs_models.model.parameters import Drivetrain
+from mbs_models.system.components import Components
+from mbs_models.system.read_back import drivetrain_components
 from tests.geared import geared_reducer, lin_parker, speed_for
 from tests.strategies import changed, with_coupling, with_stage
 

@@ -10,18 +10,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mbs_models.drivetrain import MultibodySystem, build_drivetrain
+from mbs_models.contact.mesh_excitation import MeshLaw
 from mbs_models.errors import ModelError
-from mbs_models.excitation import Excitation
 from mbs_models.integration.fingerprint import fingerprint
 from mbs_models.integration.integrators import RK44, TRAPEZOIDAL, Integrator
 from mbs_models.integration.run_store import read_run, remove_run
+from mbs_models.integration.time_integration import simulate
 from mbs_models.integration.transient_record import QUANTITIES, TransientRecord
-from mbs_models.meshing.mesh_excitation import MeshLaw
-from mbs_models.meshing.waveforms import FourierSeries
-from mbs_models.model_file import load
+from mbs_models.model.excitation import Excitation
+from mbs_models.model.model_file import load
 from mbs_models.signals.lines import BandNoise, Harmonic
-from mbs_models.time_integration import simulate
+from mbs_models.signals.waveforms import FourierSeries
+from mbs_models.system.drivetrain import MultibodySystem, build_drivetrain
 from tests.strategies import damped
 
 SUN = "planetary.sun.w"

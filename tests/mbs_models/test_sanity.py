@@ -8,12 +8,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 
 from mbs_models.errors import ModelError
-from mbs_models.model_file import load, loads, template
-from mbs_models.parameters import Drivetrain
-from mbs_models.read_back import drivetrain_components
+from mbs_models.model.model_file import load, loads, template
+from mbs_models.model.parameters import Drivetrain
 from mbs_models.sanity.free_motion import count_free_rotations, free_to_move, input_turns
 from mbs_models.sanity.neighbours import suspicious_stiffnesses
 from mbs_models.sanity.rules import findings
+from mbs_models.system.read_back import drivetrain_components
 from tests.strategies import changed, drivetrains, with_stage
 
 PAPER = template("paper-table2")

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mbs_models.errors import ModelError
-from mbs_models.meshing.sidebands import (
+from mbs_models.gears.sidebands import (
     expected_sidebands,
     fixed_sensor,
     passing_window,

@@ -14,18 +14,18 @@ import pytest
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from mbs_models import time_integration
-from mbs_models.drivetrain import build_drivetrain
-from mbs_models.excitation import Excitation
+from mbs_models.gears.operating_point import OperatingPoint, operating_point
+from mbs_models.gears.preload import Constant
+from mbs_models.integration import time_integration
 from mbs_models.integration.integrators import TRAPEZOIDAL
 from mbs_models.integration.start_acceleration import acceleration_of_forces, without_fast_modes
+from mbs_models.integration.time_integration import simulate
 from mbs_models.integration.transient_record import QUANTITIES, TransientRecord
-from mbs_models.linearization import LinearizedSystem, linearize
-from mbs_models.meshing.operating_point import OperatingPoint, operating_point
-from mbs_models.meshing.preload import Constant
-from mbs_models.meshing.static_state import forces_at
-from mbs_models.parameters import Drivetrain
-from mbs_models.time_integration import simulate
+from mbs_models.model.excitation import Excitation
+from mbs_models.model.parameters import Drivetrain
+from mbs_models.system.displaced import forces_at
+from mbs_models.system.drivetrain import build_drivetrain
+from mbs_models.system.linearization import LinearizedSystem, linearize
 from tests.geared import geared_reducer
 from tests.mbs_models.transient_runs import by, planetary
 from tests.strategies import damped, paper

@@ -12,21 +12,21 @@ import pytest
 from scipy.linalg import eigh
 from scipy.signal import lsim
 
-from mbs_models.drivetrain import MultibodySystem, build_drivetrain
-from mbs_models.excitation import Excitation
-from mbs_models.harmonic_response import harmonic_response
+from mbs_models.contact.mesh_excitation import MeshLaw
+from mbs_models.gears.preload import Constant
 from mbs_models.integration.integrators import RK44, TRAPEZOIDAL, choose_integrator
 from mbs_models.integration.steady_state import steady_start
+from mbs_models.integration.time_integration import simulate
 from mbs_models.integration.transient_record import QUANTITIES, TransientRecord
-from mbs_models.linearization import linearize
-from mbs_models.meshing.mesh_excitation import MeshLaw
-from mbs_models.meshing.preload import Constant
-from mbs_models.meshing.waveforms import FourierSeries
-from mbs_models.model_file import load
-from mbs_models.read_back import components
+from mbs_models.model.excitation import Excitation
+from mbs_models.model.model_file import load
 from mbs_models.signals.lines import Harmonic, schroeder_multisine
 from mbs_models.signals.sines import HalfSine
-from mbs_models.time_integration import simulate
+from mbs_models.signals.waveforms import FourierSeries
+from mbs_models.system.drivetrain import MultibodySystem, build_drivetrain
+from mbs_models.system.harmonic_response import harmonic_response
+from mbs_models.system.linearization import linearize
+from mbs_models.system.read_back import components
 from tests.mbs_models.transient_runs import (
     PINION,
     SCALE,
@@ -40,7 +40,7 @@ from tests.mbs_models.transient_runs import (
     planetary,
 )
 from tests.strategies import damped, paper
-from validation.time_domain import rayleigh_damping
+from validation.routes.time_domain import rayleigh_damping
 
 STEPS = {RK44: (1e-5, 5e-6, 2.5e-6), TRAPEZOIDAL: (2e-6, 1e-6, 5e-7)}
 

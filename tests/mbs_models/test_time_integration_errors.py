@@ -10,17 +10,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mbs_models import elements
-from mbs_models.drivetrain import build_drivetrain
+from mbs_models.contact.mesh_excitation import LawSamples, MeshForce, MeshLaw
 from mbs_models.errors import ModelError
-from mbs_models.excitation import Excitation
 from mbs_models.integration.integrators import RK44, TRAPEZOIDAL, stable_step
-from mbs_models.linearization import linearize
-from mbs_models.locking import lock_dofs
-from mbs_models.meshing.mesh_excitation import LawSamples, MeshForce, MeshLaw
-from mbs_models.meshing.waveforms import FourierSeries
-from mbs_models.model_file import load
-from mbs_models.time_integration import SimulationError, simulate
+from mbs_models.integration.time_integration import SimulationError, simulate
+from mbs_models.model.excitation import Excitation
+from mbs_models.model.model_file import load
+from mbs_models.signals.waveforms import FourierSeries
+from mbs_models.system import elements
+from mbs_models.system.drivetrain import build_drivetrain
+from mbs_models.system.linearization import linearize
+from mbs_models.system.locking import lock_dofs
 from tests.mbs_models.transient_runs import SUN, at, by, planetary
 from tests.strategies import paper
 

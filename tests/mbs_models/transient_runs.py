@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
-from mbs_models.drivetrain import MultibodySystem, build_drivetrain
-from mbs_models.excitation import Excitation
 from mbs_models.integration.integrators import Integrator
-from mbs_models.linearization import LinearizedSystem
-from mbs_models.model_file import load
+from mbs_models.model.excitation import Excitation
+from mbs_models.model.model_file import load
 from mbs_models.signals.lines import Harmonic
+from mbs_models.system.drivetrain import MultibodySystem, build_drivetrain
+from mbs_models.system.linearization import LinearizedSystem
 from tests.strategies import damped
 
 FloatArray = NDArray[np.float64]

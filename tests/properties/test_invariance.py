@@ -8,14 +8,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fbs import direct_frf, real_modes
-from mbs_models.drivetrain import build_drivetrain
-from mbs_models.harmonic_response import harmonic_response
-from mbs_models.linearization import linearize
-from mbs_models.parameters import Drivetrain
+from mbs_models.model.parameters import Drivetrain
+from mbs_models.system.drivetrain import build_drivetrain
+from mbs_models.system.harmonic_response import harmonic_response
+from mbs_models.system.linearization import linearize
 from tests.strategies import changed, damped, drivetrains, paper, planetary_stages, with_stage
-from validation import equations, multibody
-from validation.metrics import scaled_error
-from validation.routes import EQUATIONS, build_model, couple_stages, exudyn_source
+from validation.checks.metrics import scaled_error
+from validation.routes import equations, multibody
+from validation.routes.routes import EQUATIONS, build_model, couple_stages, exudyn_source
 
 LINES = np.geomspace(5.0, 20000.0, 60)
 

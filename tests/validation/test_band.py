@@ -12,13 +12,13 @@ import pytest
 
 from fbs import FbsError
 from fbs.frf import axis_ends, frequency_axis
-from mbs_models.model_file import load, preset_names
+from mbs_models.model.model_file import load, preset_names
 from tests.validation.command_line import call
-from validation import memory
-from validation.comparison import report_pairs
+from validation.crosscheck.comparison import report_pairs
 from validation.errors import CommandError
-from validation.results import Band, band
-from validation.routes import EQUATIONS, build_model, comparison_routes
+from validation.routes import memory
+from validation.routes.bands import Band, band
+from validation.routes.routes import EQUATIONS, build_model, comparison_routes
 
 PAIR = ["--response", "planetary.sun.w", "--excitation", "reducer.pinion.w"]
 SWEEP = ["sweep", "--vary", "reducer.pinion.mass=1:2:3", *PAIR]

@@ -10,16 +10,17 @@ from pathlib import Path
 
 import pytest
 
-from mbs_models.model_file import dumps, load
-from mbs_models.parameters import Drivetrain
+from mbs_models.model.model_file import dumps, load
+from mbs_models.model.parameters import Drivetrain
 from tests.geared import lin_parker, speed_for
 from tests.strategies import changed, paper
 from tests.validation.command_line import call
-from validation.comparison import cross_check
-from validation.report.campbell import Campbell, draw_campbell
-from validation.report.campbell_figure import campbell_figure
-from validation.resonances import crossings_document, margins_document, resonances
-from validation.results import Band, CrossCheck
+from validation.crosscheck.campbell import Campbell, draw_campbell
+from validation.crosscheck.campbell_figure import campbell_figure
+from validation.crosscheck.comparison import cross_check
+from validation.crosscheck.resonances import crossings_document, margins_document, resonances
+from validation.crosscheck.results import CrossCheck
+from validation.routes.bands import Band
 
 BAND = Band(100.0, 15000.0, 100.0)
 

@@ -12,11 +12,11 @@ from fbs import (
     reduced_frf,
     sparse_frf,
 )
-from mbs_models.model_file import load
+from mbs_models.model.model_file import load
 from tests.strategies import DAMPED, damped
-from validation.chains import planetary_chain
-from validation.metrics import scaled_error
-from validation.routes import EQUATIONS, build_model
+from validation.checks.metrics import scaled_error
+from validation.routes.chains import planetary_chain
+from validation.routes.routes import EQUATIONS, build_model
 
 AXIS = frequency_axis(50, 5000, 10)
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from mbs_models.model_file import preset_names, template
+from mbs_models.model.model_file import preset_names, template
 from tests.validation.command_line import call
-from validation.check_model import with_prefix
+from validation.inspection.check_model import with_prefix
 
 TABLE_2, TURBINE = template("paper-table2"), template("wind-turbine")
 # 38.7/50.2 = 0.7709, 27/35 = 0.7714; (27 + 97)/4 = 31, and (27 + 98)/5 = 25.

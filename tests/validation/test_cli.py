@@ -14,11 +14,11 @@ import numpy as np
 import pytest
 
 from fbs import direct_frf, frequency_axis
-from mbs_models.model_file import load, preset_names, template
-from mbs_models.parameters import Drivetrain
+from mbs_models.model.model_file import load, preset_names, template
+from mbs_models.model.parameters import Drivetrain
 from tests.strategies import changed, paper, with_stage
 from tests.validation.command_line import call
-from validation import equations, multibody, routes
+from validation.routes import equations, multibody, routes
 
 BAND = ["--fmin", "10", "--fmax", "4000", "--df", "10"]
 
@@ -53,7 +53,7 @@ def test_run_catches_a_wrong_model(
         lambda d: equations.drivetrain_system(perturbed_bearing(d)),
         lambda d, name: equations.stage_system(perturbed_bearing(d), name),
     )
-    monkeypatch.setattr("validation.comparison.EQUATIONS", wrong)
+    monkeypatch.setattr("validation.crosscheck.comparison.EQUATIONS", wrong)
     assert call("run", "--out", str(tmp_path), *BAND) == 1
     printed = capsys.readouterr().out
     assert "DISAGREE" in printed
@@ -116,7 +116,9 @@ def test_frf_of_every_route_in_a_npz(tmp_path: Path) -> None:
 def test_frf_quantity_in_a_csv(
     quantity: str, unit: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("validation.frf_output.CSV_ROWS", 150)  # 400 lines: a part is left over
+    monkeypatch.setattr(
+        "validation.inspection.frf_output.CSV_ROWS", 150
+    )  # 400 lines: a part is left over
     path = tmp_path / "frf.csv"
     dof = "reducer.pinion.y"
     arguments = ["--response", dof, "--excitation", dof, "--quantity", quantity]
@@ -178,12 +180,12 @@ def test_an_output_that_cannot_be_written_is_told_first(
         def refused(*_: object, **__: object) -> None:
             raise OSError(number, os.strerror(number))
 
-        monkeypatch.setattr("fbs.files._beside", refused)
+        monkeypatch.setattr("fbs.files.whole_files._beside", refused)
 
     def computed(*_: object) -> None:
         raise AssertionError("computed before the file was looked at")
 
-    monkeypatch.setattr("validation.routes.frf_by_name", computed)
+    monkeypatch.setattr("validation.routes.routes.frf_by_name", computed)
     assert call("frf", *DOFS, "--output", output) == 2
     error = capsys.readouterr().err
     assert error.count("\n") == 1

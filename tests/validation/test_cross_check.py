@@ -8,14 +8,15 @@ import numpy as np
 import pytest
 
 from mbs_models.errors import ModelError
-from mbs_models.mode_kinds import Kind
-from mbs_models.model_file import load
-from mbs_models.parameters import Drivetrain
+from mbs_models.modal.mode_kinds import Kind
+from mbs_models.model.model_file import load
+from mbs_models.model.parameters import Drivetrain
 from tests.strategies import changed, damped, paper, with_coupling, with_stage
-from validation import equations
-from validation.comparison import cross_check
-from validation.results import Band, CrossCheck
-from validation.routes import Source, exudyn_source
+from validation.crosscheck.comparison import cross_check
+from validation.crosscheck.results import CrossCheck
+from validation.routes import equations
+from validation.routes.bands import Band
+from validation.routes.routes import Source, exudyn_source
 
 COARSE = Band(5.0, 15000.0, 5.0)
 

@@ -11,17 +11,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mbs_models.components import SpringKind
-from mbs_models.model_file import load
-from mbs_models.modes import drivetrain_modes
-from mbs_models.parameters import Drivetrain
-from mbs_models.read_back import drivetrain_components
+from mbs_models.modal.modes import drivetrain_modes
+from mbs_models.model.model_file import load
+from mbs_models.model.parameters import Drivetrain
+from mbs_models.system.components import SpringKind
+from mbs_models.system.read_back import drivetrain_components
 from tests.strategies import changed, paper, with_coupling, with_stage
-from validation.report.axial import draw_shafts
-from validation.report.drawing import draw_model
-from validation.report.layout import WIDTH, Layout, in_order, lay_out
-from validation.report.mode_shapes import MOST, draw_mode_shapes
-from validation.report.motion import displacements, largest_motion, mesh_motion
+from validation.picture.axial import draw_shafts
+from validation.picture.drawing import draw_model
+from validation.picture.layout import WIDTH, Layout, in_order, lay_out
+from validation.picture.mode_shapes import MOST, draw_mode_shapes
+from validation.picture.motion import displacements, largest_motion, mesh_motion
 
 PRESETS = ["paper", "lin-parker-3", "lin-parker-5", "wind-turbine", "geared-torsional"]
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from mbs_models.excitation import excitation_of
-from mbs_models.model_file import load
+from mbs_models.model.excitation import excitation_of
+from mbs_models.model.model_file import load
 from validation.errors import CommandError
-from validation.excitation_spec import DEFAULTS, parse_excitation
+from validation.simulation.excitation_spec import DEFAULTS, parse_excitation
 
 FORMS = [
     (

@@ -11,7 +11,7 @@ import time
 import pytest
 
 from tests.validation.command_line import call
-from validation import exit_codes
+from validation.runtime import exit_codes
 
 
 @pytest.mark.parametrize(
@@ -57,7 +57,7 @@ def raising(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
     def load(model: str) -> None:
         raise error
 
-    monkeypatch.setattr("mbs_models.model_file.load", load)
+    monkeypatch.setattr("mbs_models.model.model_file.load", load)
 
 
 COMMANDS = {
@@ -88,7 +88,7 @@ def test_an_interruption_that_became_an_error_is_told(
             raise ImportError("initialization failed") from None
 
     handler = signal.getsignal(signal.SIGINT)
-    monkeypatch.setattr("mbs_models.model_file.load", load)
+    monkeypatch.setattr("mbs_models.model.model_file.load", load)
     assert call("modes") == exit_codes.INTERRUPTED
     assert signal.getsignal(signal.SIGINT) is handler
     assert capsys.readouterr().err == "crosscheck: interrupted; no file was left half written\n"
@@ -110,7 +110,7 @@ def test_an_interruption_that_python_dropped_comes_again(
             time.sleep(0.01)
 
     hook = sys.unraisablehook
-    monkeypatch.setattr("mbs_models.model_file.load", load)
+    monkeypatch.setattr("mbs_models.model.model_file.load", load)
     assert call("modes") == exit_codes.INTERRUPTED
     assert sys.unraisablehook is hook
     assert capsys.readouterr().err == "crosscheck: interrupted; no file was left half written\n"

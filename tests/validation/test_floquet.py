@@ -11,18 +11,18 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.special import mathieu_a, mathieu_b
 
-from mbs_models.drivetrain import build_drivetrain
+from mbs_models.contact.mesh_excitation import MeshLaw
+from mbs_models.gears.operating_point import operating_point
 from mbs_models.integration.integrators import RK44, TRAPEZOIDAL, Integrator
-from mbs_models.meshing.mesh_excitation import MeshLaw
-from mbs_models.meshing.operating_point import operating_point
-from mbs_models.meshing.waveforms import FourierSeries, Trapezoid
-from mbs_models.model_file import load
-from mbs_models.parameters import Drivetrain
-from mbs_models.time_integration import simulate
+from mbs_models.integration.time_integration import simulate
+from mbs_models.model.model_file import load
+from mbs_models.model.parameters import Drivetrain
+from mbs_models.signals.waveforms import FourierSeries, Trapezoid
+from mbs_models.system.drivetrain import build_drivetrain
 from tests.geared import lin_parker, speed_for
 from tests.strategies import changed, paper, with_stage
 from validation.errors import CommandError
-from validation.floquet import (
+from validation.routes.floquet import (
     ParametricSystem,
     growth_rate,
     instability_boundary,

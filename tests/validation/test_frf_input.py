@@ -11,8 +11,8 @@ import pytest
 from fbs import Frf
 from tests.validation.command_line import call
 from validation.errors import CommandError
-from validation.frf_input import read
-from validation.frf_output import write
+from validation.inspection.frf_output import write
+from validation.routes.frf_input import read
 
 FRF = Frf([1.0, 2.0], np.ones((2, 1, 1), complex), ("a.w",), ("a.w",))
 

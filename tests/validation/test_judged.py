@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from mbs_models.errors import OrbitError
-from mbs_models.model_file import dumps, load
+from mbs_models.model.model_file import dumps, load
 from tests.strategies import changed
 from tests.validation.command_line import call
-from validation.comparison import cross_check
-from validation.judged import judged, known, percent, within_range
-from validation.results import Band
-from validation.time_domain import time_domain
+from validation.crosscheck.comparison import cross_check
+from validation.routes.bands import Band
+from validation.routes.comparable_lines import judged, known, percent, within_range
+from validation.routes.time_domain import time_domain
 
 W = "planetary.sun.w"
 
@@ -49,7 +49,7 @@ def test_all_but_one_line_is_not_all() -> None:
 
 def test_the_verdict_in_time_says_its_share(capsys: pytest.CaptureFixture[str]) -> None:
     """The generator behind two more stages is 170 dB below the sun that is pushed."""
-    from validation import screen
+    from validation.crosscheck import console as screen
 
     result = cross_check(load("wind-turbine"), Band(500.0, 4000.0, 500.0), in_time=True)
     assert result.time_domain is not None
@@ -98,7 +98,7 @@ def test_an_orbit_that_does_not_close_is_told_on_the_screen(
     def open_orbit(*arguments: object, **options: object) -> None:
         raise OrbitError("the periodic orbit does not close")
 
-    monkeypatch.setattr("validation.comparison.time_domain", open_orbit)
+    monkeypatch.setattr("validation.crosscheck.comparison.time_domain", open_orbit)
     stage = load("lin-parker-3").stage("planetary").model_dump(by_alias=True, exclude_unset=True)
     apart = changed(load("lin-parker-3"), stage=[stage, stage | {"name": "second"}], coupling=[])
     path = tmp_path / "apart.toml"

@@ -14,11 +14,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fbs.files import require_writable, written_whole
-from mbs_models.model_file import dumps
+from fbs.files.whole_files import require_writable, written_whole
+from mbs_models.model.model_file import dumps
 from tests.gearboxes import ERROR, pair
 from tests.validation.command_line import call
-from validation.output_folder import (
+from validation.runtime.output_folder import (
     LOCK,
     MARK,
     MARKER,
@@ -146,7 +146,7 @@ def test_a_folder_written_to_is_refused(
 HOLD = """
 import sys
 from pathlib import Path
-from validation.output_folder import held
+from validation.runtime.output_folder import held
 with held(Path(sys.argv[1]), ()) as work:
     (work / "piece").write_bytes(b"kept")
     print("held", flush=True)

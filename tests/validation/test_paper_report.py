@@ -16,15 +16,15 @@ import pytest
 
 from tests.validation.command_line import call
 from tests.validation.test_report import XML_NAMESPACES, Tags, text_of
-from validation import paper_input
 from validation.errors import CommandError
 from validation.paper import PaperStudy, RowVerdict, Verdict, paper_study
+from validation.paper import options as paper_input
+from validation.paper.agreement import compares_routes, route_checks
+from validation.paper.page import write_paper_report
+from validation.paper.page_tables import decibel, heat_table, locked_frequencies
+from validation.paper.page_text import sentence, typeset
 from validation.paper.results import Claim, LockedCheck, StiffnessRow
 from validation.paper.truncation_results import SmallestBasis, TruncationRow, TruncationStudy
-from validation.paper_agreement import compares_routes, route_checks
-from validation.report.paper_report import write_paper_report
-from validation.report.paper_tables import decibel, heat_table, locked_frequencies
-from validation.report.paper_text import sentence, typeset
 
 UNSAFE = '<script>alert("1")</script> & more'
 
@@ -301,8 +301,8 @@ def test_items_as_a_reader_writes_them(text: str, name: str) -> None:
 def test_disagreeing_routes_end_in_exit_code_1(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("validation.paper_agreement.FRF_TOLERANCE", -1.0)
-    monkeypatch.setattr("validation.paper_agreement._worst.__defaults__", (-1.0, "scaled error"))
+    monkeypatch.setattr("validation.paper.agreement.FRF_TOLERANCE", -1.0)
+    monkeypatch.setattr("validation.paper.agreement._worst.__defaults__", (-1.0, "scaled error"))
     assert call("paper", "--only", "fig5a", "--out", str(tmp_path)) == 1
     assert "The routes DISAGREE" in capsys.readouterr().out
 

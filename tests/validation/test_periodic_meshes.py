@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from fbs import extremes, outputs, stability, steady_state, waveform
-from mbs_models.meshing.operating_point import OperatingPoint, operating_point
-from mbs_models.parameters import Drivetrain
+from mbs_models.gears.operating_point import OperatingPoint, operating_point
+from mbs_models.model.parameters import Drivetrain
 from tests.geared import geared_reducer, lin_parker, speed_for
 from validation.errors import CommandError
-from validation.floquet import growth_rate, parametric_system
-from validation.periodic_meshes import parametric
+from validation.routes.floquet import growth_rate, parametric_system
+from validation.routes.periodic_meshes import parametric
 
 HARMONICS = {"shape": "harmonics", "harmonics": [[0.15, 20.0], [0.05, -70.0]]}
 ERROR = {"harmonics": [[2e-6, 0.0], [1e-6, 50.0]]}

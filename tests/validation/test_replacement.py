@@ -12,20 +12,21 @@ import numpy as np
 import pytest
 
 from fbs import Frf, direct_frf, frequency_axis, write_uff
-from mbs_models.model_file import dumps, load
-from mbs_models.modes import drivetrain_modes
-from mbs_models.parameters import Drivetrain
+from mbs_models.modal.modes import drivetrain_modes
+from mbs_models.model.model_file import dumps, load
+from mbs_models.model.parameters import Drivetrain
 from tests.strategies import damped, paper, with_coupling, with_stage
 from tests.validation.command_line import call
-from validation import multibody
-from validation.comparison import cross_check
+from validation.checks.peaks import Peak, Resonance, find, match, merge
+from validation.crosscheck.comparison import cross_check
+from validation.crosscheck.results import Swap
+from validation.crosscheck.results_json import results_document
+from validation.crosscheck.swap import headline
 from validation.errors import CommandError
-from validation.peaks import Peak, Resonance, find, match, merge
-from validation.replacement import interface_labels, read_replacements
-from validation.replacement_checks import where
-from validation.report.results_json import results_document
-from validation.results import Band, Swap
-from validation.swap import headline
+from validation.routes import multibody
+from validation.routes.bands import Band
+from validation.routes.substitution import interface_labels, read_replacements
+from validation.routes.substitution_checks import where
 
 FREQUENCY = frequency_axis(10.0, 9000.0, 10.0)
 DAMPED = damped(paper())

@@ -15,17 +15,19 @@ from typing import Any, BinaryIO
 import numpy as np
 import pytest
 
-from fbs.files import written_whole
-from mbs_models.model_file import dumps, load, loads
-from mbs_models.parameters import Drivetrain, ParallelStage
-from validation import equations
-from validation.comparison import cross_check
-from validation.report import ReportError, write_report
+from fbs.files.whole_files import written_whole
+from mbs_models.model.model_file import dumps, load, loads
+from mbs_models.model.parameters import Drivetrain, ParallelStage
+from validation.crosscheck.comparison import cross_check
+from validation.crosscheck.output import write_report
+from validation.crosscheck.results import CrossCheck
+from validation.crosscheck.words import dof_in_words
 from validation.report.curves import extremes, largest
-from validation.report.html import scientific
-from validation.report.words import dof_in_words
-from validation.results import Band, CrossCheck
-from validation.routes import Source, exudyn_source
+from validation.report.digits import scientific
+from validation.routes import equations
+from validation.routes.bands import Band
+from validation.routes.routes import Source, exudyn_source
+from validation.runtime.output_folder import ReportError
 
 BAND = Band(30.0, 15000.0, 30.0)
 XML_NAMESPACES = {"http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink"}
@@ -291,7 +293,7 @@ def test_an_error_while_rendering_leaves_the_old_report(
     def fail(*_: object) -> str:
         raise RuntimeError("rendering failed")
 
-    monkeypatch.setattr("validation.report.results_text", fail)
+    monkeypatch.setattr("validation.crosscheck.output.results_text", fail)
     with pytest.raises(RuntimeError, match="rendering failed"):
         write_report(agreeing, tmp_path)
     assert {p.name: p.read_text() for p in tmp_path.iterdir()} == {
@@ -312,8 +314,8 @@ def test_a_full_disk_leaves_the_old_report(
             if path.name == "results.json":
                 raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("validation.output_folder.written_whole", filling)
-    monkeypatch.setattr("validation.report.report_html", lambda *_: "new")
+    monkeypatch.setattr("validation.runtime.output_folder.written_whole", filling)
+    monkeypatch.setattr("validation.crosscheck.output.report_html", lambda *_: "new")
     with pytest.raises(ReportError, match="cannot be written: No space left on device"):
         write_report(agreeing, tmp_path)
     assert [p.name for p in tmp_path.iterdir()] == ["report.html"]
@@ -324,8 +326,8 @@ def test_a_full_disk_leaves_the_old_report(
 def test_a_file_is_no_directory(
     agreeing: CrossCheck, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, below: str
 ) -> None:
-    monkeypatch.setattr("validation.report.report_html", lambda *_: "new")
-    monkeypatch.setattr("validation.report.results_text", lambda *_: "new")
+    monkeypatch.setattr("validation.crosscheck.output.report_html", lambda *_: "new")
+    monkeypatch.setattr("validation.crosscheck.output.results_text", lambda *_: "new")
     (tmp_path / "taken").write_text("")
     with pytest.raises(ReportError, match=r"taken.*file; give a directory"):
         write_report(agreeing, tmp_path / "taken" / below)
@@ -334,8 +336,8 @@ def test_a_file_is_no_directory(
 def test_a_directory_is_no_file(
     agreeing: CrossCheck, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("validation.report.report_html", lambda *_: "new")
-    monkeypatch.setattr("validation.report.results_text", lambda *_: "new")
+    monkeypatch.setattr("validation.crosscheck.output.report_html", lambda *_: "new")
+    monkeypatch.setattr("validation.crosscheck.output.results_text", lambda *_: "new")
     (tmp_path / "results.json").mkdir()
     with pytest.raises(ReportError, match=r"results\.json: cannot be written: it is a directory"):
         write_report(agreeing, tmp_path)

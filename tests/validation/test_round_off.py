@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 
 from fbs import RealModes
-from mbs_models.mode_kinds import EnergyShares, Kind, Mode, mode_groups
-from mbs_models.model_file import load, template
-from mbs_models.modes import drivetrain_modes, eigenvalue_error
+from mbs_models.modal.mode_kinds import EnergyShares, Kind, Mode, mode_groups
+from mbs_models.modal.modes import drivetrain_modes, eigenvalue_error
+from mbs_models.model.model_file import load, template
 from tests.strategies import with_coupling
 from tests.validation.command_line import call
-from validation.comparison import cross_check
-from validation.metrics import subspace_mac
-from validation.modes import equation_modes, known_to, round_off_warnings
-from validation.pole_checks import KNOWN, MAC_TOLERANCE, allowed_mac_defects
-from validation.results import Band
+from validation.checks.metrics import subspace_mac
+from validation.checks.pole_checks import KNOWN, MAC_TOLERANCE, allowed_mac_defects
+from validation.crosscheck.comparison import cross_check
+from validation.routes.bands import Band
+from validation.routes.modes import equation_modes, known_to, round_off_warnings
 
 COARSE = Band(50.0, 4000.0, 50.0)
 HUBS = [4.48e-8, 1e-10, 1e-12, 1e-14]  # kg; K/m of the last is λ = 1e22 (rad/s)²
@@ -155,7 +155,7 @@ def test_a_hub_next_to_massless_is_no_disagreement() -> None:
 
 def equation_real_modes() -> RealModes:
     from fbs import real_modes
-    from validation import equations
+    from validation.routes import equations
 
     return real_modes(equations.drivetrain_system(hub(1e-14)))
 

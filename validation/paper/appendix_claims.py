@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mbs_models.parameters import PlanetaryStage
+from mbs_models.model.parameters import PlanetaryStage
 
-from .. import equations
+from ..routes import equations
 from . import printed
 from .curves import ZERO
 from .model import PaperCase

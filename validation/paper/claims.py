@@ -6,11 +6,11 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from mbs_models.mode_kinds import Kind
-from mbs_models.model_file import load
+from mbs_models.modal.mode_kinds import Kind
+from mbs_models.model.model_file import load
 
-from .. import equations
-from ..published import PUBLISHED
+from ..checks.published import PUBLISHED
+from ..routes import equations
 from .curves import FrfBench
 from .formula_claims import formula_claims, natural_frequencies
 from .method_claims import method_claims
@@ -88,7 +88,7 @@ def parameters_claim(cases: Mapping[str, PaperCase]) -> Claim:
 
 def lin_parker_claim() -> Claim:
     """Are ref. [33]'s frequencies and multiplicities those of the model?"""
-    from mbs_models.modes import drivetrain_modes  # exudyn takes its time to load
+    from mbs_models.modal.modes import drivetrain_modes  # exudyn takes its time to load
 
     worst, counted = 0.0, True
     tables = {preset: PUBLISHED[preset] for preset in LIN_PARKER}

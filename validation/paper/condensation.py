@@ -14,9 +14,9 @@ import numpy as np
 
 from fbs import SecondOrderSystem, direct_frf, real_modes
 from fbs.condensation import block_dofs, condense_blocked
-from mbs_models.parameters import Drivetrain
+from mbs_models.model.parameters import Drivetrain
 
-from ..metrics import scaled_error
+from ..checks.metrics import scaled_error
 from .curves import FrfBench, PaperBand, couple_points
 from .model import PaperCase
 from .results import ComplexArray, FloatArray, LockedCheck
@@ -107,8 +107,8 @@ class ExudynLocked:
     @classmethod
     def of(cls, drivetrain: Drivetrain, slaves: tuple[str, ...]) -> ExudynLocked:
         """Build the whole drivetrain, lock DoFs in the model, let exudyn project them out."""
-        from mbs_models.drivetrain import build_drivetrain  # exudyn takes its time to load
-        from mbs_models.locking import lock_dofs, project
+        from mbs_models.system.drivetrain import build_drivetrain  # exudyn takes its time to load
+        from mbs_models.system.locking import lock_dofs, project
 
         found = project(lock_dofs(build_drivetrain(drivetrain), slaves))
         names = tuple(f"z{k}" for k in range(len(found.mass)))

@@ -10,7 +10,7 @@ import numpy as np
 
 from fbs import Frf, SecondOrderSystem, couple, direct_frf, frequency_axis
 
-from ..routes import Model
+from ..routes.routes import Model
 from .model import PaperCase, Systems, with_loss_factor
 from .results import ComplexArray, Curve, Difference, FloatArray
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..frf_checks import FRF_TOLERANCE
+from ..checks.frfs import FRF_TOLERANCE
 from .curves import ZERO, FrfBench, PaperBand, RouteName, curve, difference, peaks, scale
 from .printed_values import NUMBERED_AS_SECOND_PLANET
 from .resonances import resonances

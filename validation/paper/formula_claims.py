@@ -9,10 +9,10 @@ import numpy as np
 from fbs import SecondOrderSystem, direct_frf, real_modes
 from fbs.condensation import block_dofs
 
-from .. import equations
-from ..frf_checks import FRF_TOLERANCE
-from ..metrics import scaled_error
-from ..routes import exudyn_source
+from ..checks.frfs import FRF_TOLERANCE
+from ..checks.metrics import scaled_error
+from ..routes import equations
+from ..routes.routes import exudyn_source
 from . import printed
 from .appendix_claims import appendix_claims
 from .condensation import condensations, locked_check

@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from fbs import SecondOrderSystem, real_modes
 
-from .. import equations
+from ..routes import equations
 from .model import PaperCase
 from .printed_values import GEAR_INERTIAS_KG, SHAFT_STIFFNESSES, PrintedMode
 

@@ -7,11 +7,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from fbs import Frf, RealModes
-from mbs_models.mode_kinds import Kind
+from mbs_models.modal.mode_kinds import Kind
 
-from ..frf_checks import FRF_TOLERANCE
-from ..metrics import scaled_error
-from ..poles import filtered_poles
+from ..checks.frfs import FRF_TOLERANCE
+from ..checks.metrics import scaled_error
+from ..checks.poles import filtered_poles
 from .curves import ZERO, FrfBench, RouteName, couple_points, curve, difference, scale
 from .figures import WIDE, WIDE_NOT_STATED, Drawing, relative_size, routes_error
 from .printed_values import NUMBERED_AS_SECOND_PLANET, SHAFT_STIFFNESSES
@@ -37,7 +37,7 @@ def method_claims(bench: FrfBench) -> Iterator[Claim]:
 
 def worst_over_all(bench: FrfBench, shaft: float) -> float:
     """Largest scaled error of the coupled FRFs, all against all, over the band of Fig. 8."""
-    from .. import multibody  # exudyn takes its time to load
+    from ..routes import multibody  # exudyn takes its time to load
 
     model = bench.systems.exudyn(shaft)
     lines = bench.axis(WIDE, shaft).frequency

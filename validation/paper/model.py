@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from fbs import RealModes, SecondOrderSystem, real_modes
-from mbs_models.model_file import load
-from mbs_models.parameters import Coupling, Drivetrain, ParallelStage, PlanetaryStage
+from mbs_models.model.model_file import load
+from mbs_models.model.parameters import Coupling, Drivetrain, ParallelStage, PlanetaryStage
 
 from ..errors import CommandError
-from ..routes import EQUATIONS, Model, Source, build_model, exudyn_source
+from ..routes.routes import EQUATIONS, Model, Source, build_model, exudyn_source
 from .results import DofName
 
 PAPER, TABLE_2 = "Lin & Parker (1999)", "Table 2 as printed"

@@ -13,9 +13,9 @@ from math import cos, radians, sin
 import numpy as np
 
 from fbs import Frf
-from mbs_models.parameters import ParallelStage, PlanetaryStage
+from mbs_models.model.parameters import ParallelStage, PlanetaryStage
 
-from ..equations import Deflection
+from ..routes.equations import Deflection
 from .results import ComplexArray, FloatArray
 
 

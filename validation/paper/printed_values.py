@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from mbs_models.mode_kinds import Kind
+from mbs_models.modal.mode_kinds import Kind
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from fbs import RealModes
-from mbs_models.mode_kinds import FAMILY_SHARE, REPEATED, Kind, family_bases, label_inertias
+from mbs_models.modal.mode_kinds import FAMILY_SHARE, REPEATED, Kind, family_bases, label_inertias
 
 from .model import PaperCase, Systems
 from .results import FloatArray, Resonance
@@ -90,7 +90,7 @@ def mode_kinds(case: PaperCase, modes: RealModes, part: str) -> list[str]:
 
 
 def _kinds_of_whole(case: PaperCase) -> list[str]:
-    from mbs_models.modes import drivetrain_modes  # exudyn takes its time to load
+    from mbs_models.modal.modes import drivetrain_modes  # exudyn takes its time to load
 
     return [mode.kind for mode in drivetrain_modes(case.drivetrain).modes]
 

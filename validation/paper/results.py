@@ -9,7 +9,7 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from mbs_models.mode_kinds import Kind
+from mbs_models.modal.mode_kinds import Kind
 
 from .truncation_results import TruncationStudy
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from mbs_models.mode_kinds import REPEATED, Kind, Mode
+from mbs_models.modal.mode_kinds import REPEATED, Kind, Mode
 
 from .printed_values import PrintedMode
 from .results import Found

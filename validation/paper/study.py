@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 
-from mbs_models.parameters import Drivetrain
+from mbs_models.model.parameters import Drivetrain
 
 from ..errors import CommandError
 from .claims import claims

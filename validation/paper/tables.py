@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from mbs_models.mode_kinds import Kind
+from mbs_models.modal.mode_kinds import Kind
 
 from .hypotheses import Hypothesis, explain, what_it_would_take
 from .model import PaperCase
@@ -40,7 +40,7 @@ def _table(
     printed: Sequence[PrintedMode],
     cases: Mapping[str, PaperCase],
 ) -> PaperTable:
-    from mbs_models.modes import drivetrain_modes  # exudyn takes its time to load
+    from mbs_models.modal.modes import drivetrain_modes  # exudyn takes its time to load
 
     spectra = {
         name: spectrum(drivetrain_modes(case.drivetrain).modes) for name, case in cases.items()

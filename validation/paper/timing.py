@@ -11,7 +11,7 @@ import numpy as np
 
 from fbs import Frf, Joint, SecondOrderSystem, couple, direct_frf, modal_frf
 
-from ..routes import Model, exudyn_source
+from ..routes.routes import Model, exudyn_source
 from .curves import FrfBench, PaperBand, axis
 from .model import PaperCase
 from .results import FloatArray, Timing, TimingStudy

@@ -15,7 +15,7 @@ import numpy as np
 
 from fbs import Frf, couple, direct_frf, modal_frf, truncate
 
-from ..metrics import frac, scaled_error
+from ..checks.metrics import frac, scaled_error
 from .curves import FrfBench, PaperBand, RouteName, difference, points_of, scale
 from .model import with_loss_factor
 from .results import Curve, Difference, FloatArray

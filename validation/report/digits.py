@@ -29,3 +29,24 @@ def engineering(value: float, unit: str, digits: int = 3) -> str:
     exponent = min(max(exponent, min(PREFIXES)), max(PREFIXES))
     scaled = f"{rounded_value / 10.0**exponent:.{digits}g}".replace("-", "−")
     return f"{scaled} {PREFIXES[exponent]}{unit}"
+
+
+def scientific(value: float, digits: int = 2, *, signed: bool = False) -> str:
+    """1.8e-16, with no zeros to pad the exponent; 0 where it is exactly that."""
+    if value == 0.0 or not math.isfinite(value):
+        return {math.inf: "∞", -math.inf: "−∞"}.get(value, "not a number") if value else "0"
+    sign = "+" if signed else ""
+    if 1e-3 <= abs(value) < 1e3:
+        return f"{float(f'{value:.{digits + 1}g}'):{sign}g}".replace("-", "−")
+    mantissa, exponent = f"{value:{sign}.{digits - 1}e}".split("e")
+    return f"{mantissa}e{int(exponent)}".replace("-", "−")
+
+
+def hertz(value: float) -> str:
+    """To a thousandth, in groups of three digits."""
+    return f"{value:,.3f}".replace(",", "\u202f")
+
+
+def grouped(value: int) -> str:
+    """A count in groups of three digits."""
+    return f"{value:,}".replace(",", "\u202f")

@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 from numpy.typing import NDArray
 
-from mbs_models.mode_kinds import Kind
+from mbs_models.modal.mode_kinds import Kind
 
 from .curves import largest
 

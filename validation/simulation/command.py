@@ -6,19 +6,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from mbs_models.model_file import folder_of, load
-from mbs_models.parameters import Drivetrain
-from mbs_models.time_integration import SimulationError
+from mbs_models.integration.time_integration import SimulationError
+from mbs_models.model.model_file import folder_of, load
+from mbs_models.model.parameters import Drivetrain
 
-from .. import screen
 from ..errors import CommandError
-from ..interruption import on_interrupt
-from ..output_folder import WORK, held
+from ..runtime.interruption import on_interrupt
+from ..runtime.output_folder import WORK, held
+from ..runtime.streams import progress_bars, warn
+from .console import findings
+from .options import excitations_asked, levels_asked
 from .output import FORMATS, remove_pieces, write_simulation
-from .requested import excitations_asked, levels_asked
 from .results import Request, Simulation
 from .run import PlannedRun
-from .screen import findings
 
 PIECES = "simulate"  # in the private folder, of an unfinished run
 
@@ -80,7 +80,7 @@ def carry_out(options: Options) -> Simulation:
     )
     store = options.out / WORK / PIECES
     names = ("simulation.html", "simulation.json", *(f"record.{name}" for name in options.save))
-    with screen.progress() as progress:
+    with progress_bars() as progress:
         planned = PlannedRun(drivetrain, request, store, progress)
         kept = (
             f"what has been run is kept in {options.out}, and the same command goes on from there"
@@ -95,7 +95,7 @@ def carry_out(options: Options) -> Simulation:
                 raise
             remove_pieces(store)
         progress("writing the report", 1, 1)
-    screen.warn(found.warnings)
+    warn(found.warnings)
     findings(found)
     for path in written:
         print(f"Written: {path}")

@@ -15,15 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fbs import Frf, Quantity, Record
-from mbs_models.drivetrain import MultibodySystem, build_drivetrain
-from mbs_models.excitation import Excitation
+from mbs_models.gears.operating_point import OperatingPoint
 from mbs_models.integration.integrators import TRAPEZOIDAL, Integrator
 from mbs_models.integration.steady_state import steady_start
-from mbs_models.linearization import linearize
-from mbs_models.meshing.operating_point import OperatingPoint
-from mbs_models.parameters import Drivetrain
+from mbs_models.integration.time_integration import SimulationError, simulate
+from mbs_models.model.excitation import Excitation
+from mbs_models.model.parameters import Drivetrain
 from mbs_models.signals.lines import Multisine, Signal
-from mbs_models.time_integration import SimulationError, simulate
+from mbs_models.system.drivetrain import MultibodySystem, build_drivetrain
+from mbs_models.system.linearization import linearize
 
 from ..errors import CommandError
 from .estimates import DECIBEL_TOLERANCE, EstimatedFrfs, compare_with_fbs, multisine_frf, unbent

@@ -11,20 +11,20 @@ from scipy.special import stdtrit
 
 from fbs import Estimate, Frf, Quantity, Record, averaged_frf, impulse_frf, periodic_frf
 from fbs.errors import FbsError
-from fbs.estimation import THRESHOLD
-from mbs_models.excitation import Excitation
-from mbs_models.harmonic_response import harmonic_response
+from fbs.signal.estimation import THRESHOLD
+from mbs_models.gears.operating_point import OperatingPoint
 from mbs_models.integration.integrators import TRAPEZOIDAL, Integrator
-from mbs_models.linearization import LinearizedSystem
-from mbs_models.meshing.operating_point import OperatingPoint
-from mbs_models.parameters import Drivetrain
+from mbs_models.model.excitation import Excitation
+from mbs_models.model.parameters import Drivetrain
 from mbs_models.signals.lines import Harmonic, Multisine, Signal
 from mbs_models.signals.sines import HalfSine
+from mbs_models.system.harmonic_response import harmonic_response
+from mbs_models.system.linearization import LinearizedSystem
 
-from ..judged import DYNAMIC_RANGE_DB, KNOWN_TO, judged, known, within_range
-from ..results import Check
-from ..routes import build_model, couple_stages, exudyn_source, loaded_source
-from ..time_domain import ZERO
+from ..checks.check import Check
+from ..routes.comparable_lines import DYNAMIC_RANGE_DB, KNOWN_TO, judged, known, within_range
+from ..routes.routes import build_model, couple_stages, exudyn_source, loaded_source
+from ..routes.time_domain import ZERO
 
 # An impact fills its band up to where its spectrum has fallen by 10 dB (ISO 7626-5 allows 20).
 IMPACT = 0.3

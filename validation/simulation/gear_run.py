@@ -10,29 +10,29 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from fbs.floquet import stability_by_period
-from fbs.spectra import Spectrum, amplitude_spectrum, line_amplitudes
-from mbs_models.drivetrain import build_drivetrain
+from fbs.periodic.floquet import stability_by_period
+from fbs.signal.spectra import Spectrum, amplitude_spectrum, line_amplitudes
 from mbs_models.errors import ModelError
-from mbs_models.integration.transient_record import TransientRecord
-from mbs_models.linearization import linearize, round_off_force
-from mbs_models.meshing.gear_lines import (
+from mbs_models.gears.gear_lines import (
     MeasuredLine,
     MeshTone,
     gear_lines,
     measured_lines,
     mesh_tones,
 )
-from mbs_models.meshing.gear_response import MeshLoad, mesh_loads
-from mbs_models.meshing.mesh_phasing import Phasing, phasing
-from mbs_models.meshing.operating_point import OperatingPoint, families
-from mbs_models.meshing.sidebands import expected_sidebands, passing_window, ring_sensor
-from mbs_models.mode_kinds import rigid_body_count
-from mbs_models.parameters import Drivetrain, PlanetaryStage
+from mbs_models.gears.gear_response import MeshLoad, mesh_loads
+from mbs_models.gears.operating_point import OperatingPoint, families
+from mbs_models.gears.phasing import Phasing, phasing
+from mbs_models.gears.sidebands import expected_sidebands, passing_window, ring_sensor
+from mbs_models.integration.transient_record import TransientRecord
+from mbs_models.modal.mode_kinds import rigid_body_count
+from mbs_models.model.parameters import Drivetrain, PlanetaryStage
+from mbs_models.system.drivetrain import build_drivetrain
+from mbs_models.system.linearization import linearize, round_off_force
 
-from ..periodic_meshes import parametric
+from ..checks.check import Check
 from ..report.digits import engineering
-from ..results import Check
+from ..routes.periodic_meshes import parametric
 
 FloatArray = NDArray[np.float64]
 

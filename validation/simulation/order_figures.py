@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 from numpy.typing import NDArray
 
-from mbs_models.meshing.gear_lines import MeasuredLine
+from mbs_models.gears.gear_lines import MeasuredLine
 
 from ..report.style import (
     BLUE,

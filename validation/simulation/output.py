@@ -11,19 +11,19 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from fbs import Quantity, Record
-from fbs.record_files import write_record_to
+from fbs.files.record_files import write_record_to
 from mbs_models.integration.run_store import remove_run
-from mbs_models.model_file import dumps
+from mbs_models.model.model_file import dumps
 
-from ..judged import percent
-from ..output_folder import Writer, write_together
+from ..checks.check import Check
 from ..report.digits import rounded
-from ..report.html import environment
+from ..report.pages import environment
 from ..report.provenance import Provenance, provenance
-from ..results import Check
+from ..routes.comparable_lines import percent
+from ..runtime.output_folder import Writer, write_together
+from .describe import in_words
 from .estimates import EstimatedFrfs
 from .gear_run import GearRun
-from .in_words import in_words
 from .results import Simulation
 from .run import BACKWARD, FORWARD
 from .sections import sections

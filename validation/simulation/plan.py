@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from mbs_models.errors import ModelError
-from mbs_models.excitation import Excitation, check_record
+from mbs_models.gears.operating_point import OperatingPoint
 from mbs_models.integration.integrators import (
     KNOWN_BEND,
     PARTING_STEP_COST,
@@ -22,10 +22,10 @@ from mbs_models.integration.integrators import (
     choose_integrator,
 )
 from mbs_models.integration.steady_state import slowest_decay, steady_start, superposed
-from mbs_models.linearization import LinearizedSystem
-from mbs_models.meshing.operating_point import OperatingPoint
-from mbs_models.mode_kinds import rigid_body_count
+from mbs_models.modal.mode_kinds import rigid_body_count
+from mbs_models.model.excitation import Excitation, check_record
 from mbs_models.signals.lines import Harmonic, Multisine, Signal
+from mbs_models.system.linearization import LinearizedSystem
 
 from .results import Request
 

@@ -17,16 +17,16 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 from scipy.signal.windows import blackmanharris
 
-from mbs_models.drivetrain import build_drivetrain
+from mbs_models.gears.operating_point import OperatingPoint, families
 from mbs_models.integration.integrators import TRAPEZOIDAL
 from mbs_models.integration.transient_record import TransientRecord
-from mbs_models.linearization import round_off_force
-from mbs_models.meshing.operating_point import OperatingPoint, families
-from mbs_models.parameters import Drivetrain, PlanetaryStage
+from mbs_models.model.parameters import Drivetrain, PlanetaryStage
+from mbs_models.system.drivetrain import build_drivetrain
+from mbs_models.system.linearization import round_off_force
 
-from ..equations import drivetrain_system, rigid_body_motions
-from ..floquet import mesh_vectors
-from ..results import Check
+from ..checks.check import Check
+from ..routes.equations import drivetrain_system, rigid_body_motions
+from ..routes.floquet import mesh_vectors
 
 FloatArray = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import EngFormatter, FuncFormatter, MaxNLocator
 from numpy.typing import NDArray
 
-from mbs_models.meshing.gear_response import MeshLoad
+from mbs_models.gears.gear_response import MeshLoad
 
 from ..report.curves import extremes
 from ..report.digits import engineering

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from mbs_models.excitation import Excitation
 from mbs_models.integration.transient_record import TransientRecord
-from mbs_models.parameters import Drivetrain
+from mbs_models.model.excitation import Excitation
+from mbs_models.model.parameters import Drivetrain
 from mbs_models.signals.lines import Signal
 
-from ..results import Check
+from ..checks.check import Check
 from .drive_level import DriveLevels
 from .estimates import EstimatedFrfs
 from .gear_run import GearRun

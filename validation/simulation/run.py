@@ -13,17 +13,17 @@ from numpy.typing import NDArray
 
 from fbs import Quantity, Record
 from fbs.errors import FbsError
-from mbs_models.drivetrain import build_drivetrain
-from mbs_models.excitation import Excitation
+from mbs_models.gears.operating_point import OperatingPoint, operating_point
+from mbs_models.integration.time_integration import simulate
 from mbs_models.integration.transient_record import TransientRecord
-from mbs_models.linearization import linearize
-from mbs_models.meshing.operating_point import OperatingPoint, operating_point
-from mbs_models.parameters import Drivetrain
+from mbs_models.model.excitation import Excitation
+from mbs_models.model.parameters import Drivetrain
 from mbs_models.signals.lines import Multisine, Signal
-from mbs_models.time_integration import simulate
+from mbs_models.system.drivetrain import build_drivetrain
+from mbs_models.system.linearization import linearize
 
-from ..results import Check
-from ..time_domain import with_damping
+from ..checks.check import Check
+from ..routes.time_domain import with_damping
 from .drive_level import DriveLevels, check_levels, drive_levels
 from .estimates import (
     EstimatedFrfs,

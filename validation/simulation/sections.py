@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fbs.spectra import amplitude_spectrum, spectrogram
-from fbs.swept_sine import peak_hold, sweep_error
-from mbs_models.meshing.gear_response import rms_per_body
+from fbs.signal.spectra import amplitude_spectrum, spectrogram
+from fbs.signal.swept_sine import peak_hold, sweep_error
+from mbs_models.gears.gear_response import rms_per_body
 from mbs_models.signals.sines import SteppedSine, Sweep
 
-from ..modes import equation_modes
+from ..routes.modes import equation_modes
 from .drive_level import DriveLevels, frf_of
 from .estimates import DECIBEL_TOLERANCE, DEGREE_TOLERANCE, EstimatedFrfs, estimator
 from .frf_figures import FrfPair, LevelCurve, frf_figure, level_figure, peak_hold_figure

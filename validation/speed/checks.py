@@ -18,10 +18,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mbs_models.orders import free_motions
-from mbs_models.parameters import PlanetaryStage
+from mbs_models.gears.orders import free_motions
+from mbs_models.model.parameters import PlanetaryStage
 
-from ..results import Check
+from ..checks.check import Check
 from .steady import Speeds
 from .turning import MeshFamily, Turning
 

@@ -5,17 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from mbs_models.model_file import load
+from mbs_models.model.model_file import load
 
-from .. import screen
-from ..executors import check as check_executor
-from ..executors import opened
-from ..interruption import on_interrupt
-from ..output_folder import held
-from ..time_domain import with_damping
+from ..routes.time_domain import with_damping
+from ..runtime.executors import check as check_executor
+from ..runtime.executors import opened
+from ..runtime.interruption import on_interrupt
+from ..runtime.output_folder import held
+from ..runtime.streams import progress_bars, warn
+from .console import findings
 from .output import FILES, publish
 from .plan import SpeedPlan, plan
-from .screen import findings
 from .study import SpeedResult, processes_worth, run
 
 BORROWED = (
@@ -53,14 +53,14 @@ def run_command(options: Options) -> SpeedResult:
         worth = processes_worth(asked)
         with (
             opened(options.executor, options.workers, worth) as crew,
-            screen.progress() as progress,
+            progress_bars() as progress,
         ):
-            screen.warn(crew.warnings)
-            result = run(asked, crew, progress, lambda text: screen.warn([text]))
+            warn(crew.warnings)
+            result = run(asked, crew, progress, lambda text: warn([text]))
             progress("writing the report", 0, 1)
             written = publish(result, options.out)
             progress("writing the report", 1, 1)
-    screen.warn(result.warnings)
+    warn(result.warnings)
     findings(result)
     for path in written:
         print(f"Written: {path}")

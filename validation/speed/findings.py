@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mbs_models.components import Components
-from mbs_models.energy import ComponentShares
-from mbs_models.mode_kinds import Kind, Modes
+from mbs_models.modal.energy import ComponentShares
+from mbs_models.modal.mode_kinds import Kind, Modes
+from mbs_models.system.components import Components
 
 from .steady import Speeds
 from .turning import MeshFamily, Turning

@@ -1,6 +1,6 @@
 """Parametric instability over the speed range, and which tongue each unstable range is.
 
-Floquet multipliers say where motions grow; to first order in the variation (`validation.floquet`)
+Floquet multipliers say where motions grow; to first order in the variation (`validation.routes.floquet`)
 harmonic l of a mesh frequency makes modes p and q unstable around l f_mesh = f_p + f_q.
 """
 
@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbs_models.meshing.mesh_excitation import CONSTANT
+from mbs_models.contact.mesh_excitation import CONSTANT
 
 from ..errors import CommandError
-from ..floquet import Tongue, parametric_system, tongues
+from ..routes.floquet import Tongue, parametric_system, tongues
 from .findings import GROWING, SpeedRange, ranges
 from .steady import Speeds
 from .turning import Turning

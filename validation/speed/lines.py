@@ -7,7 +7,7 @@ from itertools import combinations, product
 import numpy as np
 from numpy.typing import NDArray
 
-from fbs.periodic_springs import Lattice
+from fbs.periodic.periodic_springs import Lattice
 
 from .turning import MeshFamily, Turning
 

@@ -11,12 +11,12 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from mbs_models.model_file import dumps
+from mbs_models.model.model_file import dumps
 
-from ..output_folder import Writer, write_together
 from ..report.digits import SIGNIFICANT_DIGITS, engineering, rounded
-from ..report.html import environment
+from ..report.pages import environment
 from ..report.provenance import Provenance, provenance
+from ..runtime.output_folder import Writer, write_together
 from .findings import SpeedRange, family_heights
 from .lines import line_names
 from .sections import sections

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbs_models.errors import ModelError
-from mbs_models.mode_kinds import label_inertias
-from mbs_models.parameters import Drivetrain
+from mbs_models.modal.mode_kinds import label_inertias
+from mbs_models.model.parameters import Drivetrain
 
 from ..errors import CommandError
 

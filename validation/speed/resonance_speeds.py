@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from mbs_models.mode_kinds import Modes
-from mbs_models.orders import orders
-from mbs_models.resonances import crossings
+from mbs_models.gears.orders import orders
+from mbs_models.gears.resonances import crossings
+from mbs_models.modal.mode_kinds import Modes
 
 from .turning import Turning
 

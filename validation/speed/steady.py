@@ -13,10 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fbs import Quantity
-from fbs.floquet import stability
-from fbs.harmonic_balance import PeriodicResponse, SingularBalanceError, outputs, steady_state
-from fbs.periodic_extremes import extremes, waveform
-from fbs.periodic_springs import Lattice, PeriodicSpring, common_periods, lattice
+from fbs.periodic.floquet import stability
+from fbs.periodic.harmonic_balance import (
+    PeriodicResponse,
+    SingularBalanceError,
+    outputs,
+    steady_state,
+)
+from fbs.periodic.periodic_extremes import extremes, waveform
+from fbs.periodic.periodic_springs import Lattice, PeriodicSpring, common_periods, lattice
 from fbs.second_order_system import SecondOrderSystem
 
 from .turning import BEYOND, COMBINED, Bearing, Turning, shown_lines

@@ -12,16 +12,16 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from mbs_models.energy import ComponentShares, component_shares
-from mbs_models.mode_kinds import Modes
-from mbs_models.modes import drivetrain_modes
-from mbs_models.orders import orders
-from mbs_models.resonances import Margin, margins
+from mbs_models.gears.orders import orders
+from mbs_models.gears.resonances import Margin, margins
+from mbs_models.modal.energy import ComponentShares, component_shares
+from mbs_models.modal.mode_kinds import Modes
+from mbs_models.modal.modes import drivetrain_modes
 
+from ..checks.check import Check
 from ..errors import CommandError
-from ..executors import Workers
-from ..pieces import Work, computed
-from ..results import Check
+from ..runtime.executors import Workers
+from ..runtime.pieces import Work, computed
 from .checks import steady_checks
 from .findings import Parting, Peak, loose_meshes, loudest_dofs, partings, peaks
 from .instability import Unstable, unstable_ranges

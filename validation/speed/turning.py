@@ -8,15 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fbs.harmonic_balance import PeriodicResponse, steady_state
-from fbs.periodic_springs import Lattice, PeriodicSpring, lattice
-from mbs_models.components import Components, SpringKind
-from mbs_models.drivetrain import build_drivetrain
-from mbs_models.meshing.operating_point import OperatingPoint, families, operating_point
-from mbs_models.parameters import Drivetrain
-from mbs_models.read_back import components
+from fbs.periodic.harmonic_balance import PeriodicResponse, steady_state
+from fbs.periodic.periodic_springs import Lattice, PeriodicSpring, lattice
+from mbs_models.gears.operating_point import OperatingPoint, families, operating_point
+from mbs_models.model.parameters import Drivetrain
+from mbs_models.system.components import Components, SpringKind
+from mbs_models.system.drivetrain import build_drivetrain
+from mbs_models.system.read_back import components
 
-from ..periodic_meshes import PeriodicDrivetrain, parametric
+from ..routes.periodic_meshes import PeriodicDrivetrain, parametric
 from .plan import SpeedPlan
 
 FloatArray = NDArray[np.float64]
@@ -115,7 +115,7 @@ class Turning:
     def steady_state(
         self, shaft_frequency: Sequence[float] | FloatArray, step: float | None = None
     ) -> PeriodicResponse:
-        """The steady state on all lines solved for; see `fbs.harmonic_balance.steady_state`."""
+        """The steady state on all lines solved for; see `fbs.steady_state`."""
         return steady_state(
             self.periodic.system,
             self.periodic.springs,

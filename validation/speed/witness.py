@@ -21,20 +21,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fbs import Quantity
-from fbs.harmonic_balance import PeriodicResponse, outputs
-from mbs_models.drivetrain import build_drivetrain
+from fbs.periodic.harmonic_balance import PeriodicResponse, outputs
+from mbs_models.gears.operating_point import OperatingPoint, operating_point
 from mbs_models.integration.integrators import (
     TRAPEZOIDAL,
     Integrator,
     choose_integrator,
     poles,
 )
-from mbs_models.linearization import LinearizedSystem, linearize
-from mbs_models.meshing.operating_point import OperatingPoint, operating_point
-from mbs_models.time_integration import simulate
+from mbs_models.integration.time_integration import simulate
+from mbs_models.system.drivetrain import build_drivetrain
+from mbs_models.system.linearization import LinearizedSystem, linearize
 
+from ..checks.check import Check
 from ..errors import CommandError
-from ..results import Check
 from .lines import line_names
 from .turning import Turning, shown_lines
 

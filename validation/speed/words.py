@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mbs_models.resonances import Margin
+from mbs_models.gears.resonances import Margin
 
 from ..report.digits import engineering
 from .findings import Parting, Peak, energy_in_words

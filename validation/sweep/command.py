@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from mbs_models.parameters import Drivetrain
+from mbs_models.model.parameters import Drivetrain
 
-from .. import screen
 from ..errors import CommandError
-from ..executors import opened
-from ..interruption import on_interrupt
-from ..output_folder import held
 from ..report.provenance import provenance
+from ..runtime.executors import opened
+from ..runtime.interruption import on_interrupt
+from ..runtime.output_folder import held
+from ..runtime.streams import progress_bars, warn
 from .figures import pictures
 from .output import MAGNITUDE, RESULTS, Pieces, Sweep, write_sweep
 from .parameters import Design
@@ -64,7 +64,7 @@ def carry_out(
         if not outcome.ok.any():
             pieces.clear()
             raise CommandError(f"all {len(outcome.status)} samples failed; {failed[0]}")
-        screen.warn((*failed, *hints(result, drivetrain)))
+        warn((*failed, *hints(result, drivetrain)))
         drawn = pictures(result)
         texts = {
             "sweep.html": sweep_html(result, drivetrain, drawn, provenance()),
@@ -87,14 +87,14 @@ def _outcome(
 ) -> Outcome:
     worth = processes_worth(task, design.samples)
     magnitude = pieces.magnitude((len(design.samples), task.n_lines)) if streamed else None
-    with opened(executor, workers, worth) as crew, screen.progress() as progress:
-        screen.warn(crew.warnings)
+    with opened(executor, workers, worth) as crew, progress_bars() as progress:
+        warn(crew.warnings)
         return sweep(
             task,
             design.samples,
             crew,
             pieces,
             progress,
-            lambda text: screen.warn([text]),
+            lambda text: warn([text]),
             magnitude,
         )

@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mbs_models.mode_kinds import Kind
+from mbs_models.modal.mode_kinds import Kind
 
 from ..errors import CommandError
 

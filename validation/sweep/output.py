@@ -17,10 +17,10 @@ from zipfile import BadZipFile
 import numpy as np
 from numpy.typing import NDArray
 
-from fbs.files import written_whole
+from fbs.files.whole_files import written_whole
 
 from ..errors import CommandError
-from ..output_folder import Writer, make_directory, telling, write_together
+from ..runtime.output_folder import Writer, make_directory, telling, write_together
 from .metrics import columns
 from .parameters import Design
 from .task import Outcome, Task

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from mbs_models.model_messages import one_message
-from mbs_models.parameters import Drivetrain
+from mbs_models.model.messages import one_message
+from mbs_models.model.parameters import Drivetrain
 
 from ..errors import CommandError
 

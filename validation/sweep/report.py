@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mbs_models.model_file import dumps
-from mbs_models.parameters import Drivetrain
+from mbs_models.model.model_file import dumps
+from mbs_models.model.parameters import Drivetrain
 
-from ..report.html import environment
+from ..report.pages import environment
 from ..report.provenance import Provenance
 from .figures import Picture
 from .output import Sweep

@@ -16,13 +16,13 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from mbs_models.parameters import Drivetrain
+from mbs_models.model.parameters import Drivetrain
 
 from ..errors import CommandError
-from ..executors import Workers
-from ..memory import MOST_BYTES
-from ..pieces import Work, computed
-from ..results import Band
+from ..routes.bands import Band
+from ..routes.memory import MOST_BYTES
+from ..runtime.executors import Workers
+from ..runtime.pieces import Work, computed
 from .metrics import metrics
 from .parameters import Design, Values, model_data
 from .sample import evaluate

@@ -20,16 +20,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fbs import Frf, RealModes, SecondOrderSystem, couple, direct_frf, real_modes
-from fbs.blas_threads import one_blas_thread
+from fbs._kernels.blas_threads import one_blas_thread
 from fbs.errors import FbsError, SingularLineError, unknown_dof
 from mbs_models.errors import ModelError
-from mbs_models.mode_kinds import StageStiffness, classify, mode_groups
-from mbs_models.parameters import Coupling, Drivetrain
-from mbs_models.placement import facings, turning
+from mbs_models.modal.mode_kinds import StageStiffness, classify, mode_groups
+from mbs_models.model.parameters import Coupling, Drivetrain
+from mbs_models.model.placement import facings, turning
 
 from ..errors import CommandError
-from ..modes import damped_modes
-from ..routes import EQUATIONS, Source, coupling_joints, exudyn_source
+from ..routes.modes import damped_modes
+from ..routes.routes import EQUATIONS, Source, coupling_joints, exudyn_source
 from .interface import Interface
 from .metrics import Findings, FoundModes
 from .parameters import Step, Values, changed, steps_to

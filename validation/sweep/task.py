@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..results import Band
+from ..routes.bands import Band
 from .metrics import Metric, ModeMetric, columns
 from .parameters import Values
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mbs_models.parameters import Drivetrain
+from mbs_models.model.parameters import Drivetrain
 
-from ..routes import EQUATIONS
+from ..routes.routes import EQUATIONS
 from .metrics import BandMetric
 from .output import Sweep
 from .task import base_values

@@ -7,13 +7,13 @@ import pytest
 
 from fbs import direct_frf, real_modes
 from fbs.condensation import block_dofs
-from mbs_models.drivetrain import build_drivetrain
 from mbs_models.errors import ModelError
-from mbs_models.locking import lock_dofs, project
-from mbs_models.model_file import load
-from mbs_models.parameters import Drivetrain
-from validation import equations
-from validation.metrics import scaled_error
+from mbs_models.model.model_file import load
+from mbs_models.model.parameters import Drivetrain
+from mbs_models.system.drivetrain import build_drivetrain
+from mbs_models.system.locking import lock_dofs, project
+from validation.checks.metrics import scaled_error
+from validation.routes import equations
 
 
 @pytest.fixture(scope="module")

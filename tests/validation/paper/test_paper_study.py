@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from fbs import CoupledFrf, Frf
-from mbs_models.model_file import load
-from mbs_models.parameters import Drivetrain
+from mbs_models.model.model_file import load
+from mbs_models.model.parameters import Drivetrain
 from validation.errors import CommandError
 from validation.paper import PaperStudy, Verdict, curves, item_names, paper_study, printed, to_json
 from validation.paper.model import PaperCase

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from mbs_models.mode_kinds import Kind
-from mbs_models.model_file import load
+from mbs_models.modal.mode_kinds import Kind
+from mbs_models.model.model_file import load
 from validation.paper.hypotheses import explain, what_it_would_take
 from validation.paper.model import PAPER, TABLE_2, PaperCase, parameter_sets
 from validation.paper.printed_values import TABLE_3, PrintedMode

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mbs_models.excitation import Excitation
-from mbs_models.model_file import load
+from mbs_models.model.excitation import Excitation
+from mbs_models.model.model_file import load
 from mbs_models.signals.lines import schroeder_multisine
 from validation.simulation.drive_level import DriveLevels, Level
 from validation.simulation.output import write_simulation

@@ -9,10 +9,8 @@ import numpy as np
 import pytest
 
 from fbs import averaged_frf
-from mbs_models.drivetrain import build_drivetrain
-from mbs_models.excitation import Excitation
-from mbs_models.linearization import round_off_force
-from mbs_models.model_file import load
+from mbs_models.model.excitation import Excitation
+from mbs_models.model.model_file import load
 from mbs_models.signals.lines import (
     BandNoise,
     Harmonic,
@@ -21,8 +19,10 @@ from mbs_models.signals.lines import (
     zippered,
 )
 from mbs_models.signals.sines import HalfSine, Sweep
+from mbs_models.system.drivetrain import build_drivetrain
+from mbs_models.system.linearization import round_off_force
+from validation.simulation.options import default_excitation
 from validation.simulation.output import accelerations
-from validation.simulation.requested import default_excitation
 from validation.simulation.results import Request, Simulation
 from validation.simulation.run import run_simulation
 

@@ -7,14 +7,14 @@ import functools
 import numpy as np
 import pytest
 
-from mbs_models.excitation import Excitation
-from mbs_models.meshing.operating_point import operating_point
-from mbs_models.mode_kinds import Kind, family_bases
-from mbs_models.parameters import PlanetaryStage
+from mbs_models.gears.operating_point import operating_point
+from mbs_models.modal.mode_kinds import Kind, family_bases
+from mbs_models.model.excitation import Excitation
+from mbs_models.model.parameters import PlanetaryStage
 from mbs_models.signals.lines import schroeder_multisine
 from tests.geared import lin_parker, speed_for
 from validation.errors import CommandError
-from validation.floquet import parametric_system, tongues
+from validation.routes.floquet import parametric_system, tongues
 from validation.simulation.results import Request, Simulation
 from validation.simulation.run import run_simulation
 
@@ -97,7 +97,7 @@ def _family_shares(
     simulation: Simulation, stage: PlanetaryStage, harmonic: int
 ) -> dict[Kind, float]:
     """Size of each family's part of the acceleration at a mesh harmonic."""
-    from fbs.spectra import line_amplitudes
+    from fbs.signal.spectra import line_amplitudes
 
     record = simulation.record
     assert simulation.gears is not None

@@ -12,18 +12,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mbs_models import elements
-from mbs_models.drivetrain import build_drivetrain
+from mbs_models.gears.operating_point import OperatingPoint, operating_point
 from mbs_models.integration.integrators import TRAPEZOIDAL, Integrator
+from mbs_models.integration.time_integration import simulate
 from mbs_models.integration.transient_record import TransientRecord
-from mbs_models.meshing.operating_point import OperatingPoint, operating_point
-from mbs_models.model_file import load
-from mbs_models.parameters import Drivetrain
-from mbs_models.time_integration import simulate
+from mbs_models.model.model_file import load
+from mbs_models.model.parameters import Drivetrain
+from mbs_models.system import elements
+from mbs_models.system.drivetrain import build_drivetrain
 from tests.gearboxes import pair, planetary
 from tests.geared import speed_for
-from validation import cli, screen
-from validation.results import Check
+from validation import cli
+from validation.checks.check import Check
+from validation.runtime import streams
+from validation.runtime.streams import progress_bars
 from validation.simulation.gear_run import NOTHING_EXCITES
 from validation.simulation.proof import run_checks, static_mesh_forces
 from validation.simulation.results import Request
@@ -218,7 +220,7 @@ def test_nothing_excites(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> 
     assert not simulation.gears.excites
     (load,) = simulation.gears.loads
     assert load.dynamic_factor == pytest.approx(1.0, abs=1e-9)
-    from validation.simulation.screen import findings
+    from validation.simulation.console import findings
 
     findings(simulation)
     assert NOTHING_EXCITES in capsys.readouterr().out.replace("\n", " ")
@@ -230,7 +232,7 @@ def test_a_speed_of_0_asks_for_frfs_under_the_torque(tmp_path: Path) -> None:
     assert drivetrain.operation is not None
     operation = drivetrain.operation.model_copy(update={"speed": 900.0})
     model = tmp_path / "pair.toml"
-    from mbs_models.model_file import dumps
+    from mbs_models.model.model_file import dumps
 
     model.write_text(dumps(drivetrain.model_copy(update={"operation": operation})))
     with pytest.raises(SystemExit) as ended:
@@ -262,7 +264,7 @@ def test_teeth_that_part_are_counted_on_the_deflection() -> None:
 def test_progress_without_a_terminal_is_told_line_by_line(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(screen, "BETWEEN_LINES", 0.0)
-    with screen.progress() as step:
+    monkeypatch.setattr(streams, "BETWEEN_LINES", 0.0)
+    with progress_bars() as step:
         step("time integration", 3, 10)
     assert capsys.readouterr().err == "time integration: 3 of 10, 0 s\n"

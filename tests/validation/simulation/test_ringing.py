@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbs_models.excitation import Excitation
 from mbs_models.integration.integrators import TRAPEZOIDAL, Integrator
 from mbs_models.integration.transient_record import TransientRecord
+from mbs_models.model.excitation import Excitation
 from mbs_models.signals.lines import BandNoise
 from tests.geared import geared_reducer
 from tests.strategies import paper

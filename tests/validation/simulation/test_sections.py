@@ -7,8 +7,8 @@ import functools
 import numpy as np
 import pytest
 
-from mbs_models.excitation import Excitation
-from mbs_models.model_file import load
+from mbs_models.model.excitation import Excitation
+from mbs_models.model.model_file import load
 from mbs_models.signals.lines import Signal
 from mbs_models.signals.sines import HalfSine, Sweep, stepped_sine
 from validation.simulation import sections as report

@@ -16,8 +16,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fbs.record_files import read_record
-from validation import cli, screen
+from fbs.files.record_files import read_record
+from validation import cli
+from validation.simulation import command
 
 W = "planetary.sun.w"
 MULTISINE = f"multisine@{W}:fmin=50,fmax=2000,df=50"
@@ -228,7 +229,7 @@ def test_an_interrupted_run_goes_on_bit_for_bit(
     whole, parts = tmp_path / "whole", tmp_path / "parts"
     asked = ("lin-parker-4", *NOISE, "--save", "npz", "--out")
     with monkeypatch.context() as patched:
-        patched.setattr(screen, "progress", interrupted_after(20_000))
+        patched.setattr(command, "progress_bars", interrupted_after(20_000))
         assert simulate(*asked, str(parts)) == 130
     told = capsys.readouterr().err
     assert "interrupted" in told

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Annotation
 
-from fbs.spectra import amplitude_spectrum, spectrogram
-from mbs_models.meshing.gear_lines import MeshTone, gear_lines, measured_lines
-from mbs_models.meshing.gear_response import mesh_loads
+from fbs.signal.spectra import amplitude_spectrum, spectrogram
+from mbs_models.gears.gear_lines import MeshTone, gear_lines, measured_lines
+from mbs_models.gears.gear_response import mesh_loads
 from validation.report.style import spread
 from validation.simulation import frf_figures, order_figures, record_figures
 from validation.simulation.frf_figures import (

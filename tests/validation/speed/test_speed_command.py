@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mbs_models.model_file import dumps
-from mbs_models.parameters import Drivetrain
+from mbs_models.model.model_file import dumps
+from mbs_models.model.parameters import Drivetrain
 from tests.gearboxes import ERROR, HARMONIC, pair, planetary
 from tests.validation.command_line import call
 from validation.speed.plan import parse_speeds, plan

@@ -7,11 +7,11 @@ import functools
 import numpy as np
 import pytest
 
-from mbs_models.mode_kinds import Kind
-from mbs_models.model_file import load
+from mbs_models.modal.mode_kinds import Kind
+from mbs_models.model.model_file import load
 from tests.gearboxes import ERROR, HARMONIC, MASS, RADIUS, STIFFNESS, TEETH, pair, planetary
 from tests.strategies import changed, damped, with_stage
-from validation.executors import process_pool
+from validation.runtime.executors import process_pool
 from validation.speed.findings import dynamic_factors, ranges
 from validation.speed.lines import line_names
 from validation.speed.plan import plan

@@ -19,11 +19,11 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from mbs_models.model_file import load
+from mbs_models.model.model_file import load
 from validation.cli import main
 from validation.errors import CommandError
-from validation.executors import dask_cluster, mpi_pool, opened, versions
-from validation.results import Band
+from validation.routes.bands import Band
+from validation.runtime.executors import dask_cluster, mpi_pool, opened, versions
 from validation.sweep.output import FIELDS
 from validation.sweep.parameters import Design, design
 from validation.sweep.run import sweep, task

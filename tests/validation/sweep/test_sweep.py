@@ -15,13 +15,13 @@ import numpy as np
 import pytest
 
 from fbs import Joint, couple, direct_frf
-from mbs_models.model_file import load
-from mbs_models.modes import drivetrain_modes
-from mbs_models.parameters import Drivetrain
+from mbs_models.modal.modes import drivetrain_modes
+from mbs_models.model.model_file import load
+from mbs_models.model.parameters import Drivetrain
 from validation.errors import CommandError
-from validation.executors import Workers, process_pool
-from validation.results import Band
-from validation.routes import EQUATIONS, exudyn_source
+from validation.routes.bands import Band
+from validation.routes.routes import EQUATIONS, exudyn_source
+from validation.runtime.executors import Workers, process_pool
 from validation.sweep import sample as sweep_sample
 from validation.sweep.output import FIELDS, Pieces
 from validation.sweep.parameters import Design, Values, changed, design, model_data, steps_to
@@ -310,9 +310,9 @@ def test_a_sample_that_kills_its_process_fails_and_the_others_go_on(paper, seria
 
 
 UNGUARDED = """
-from mbs_models.model_file import load
-from validation.results import Band
-from validation.executors import process_pool
+from mbs_models.model.model_file import load
+from validation.routes.bands import Band
+from validation.runtime.executors import process_pool
 from validation.sweep.parameters import design
 from validation.sweep.run import sweep, task
 
@@ -358,7 +358,7 @@ class Silent(Executor):
 
 
 def test_an_executor_that_is_gone_is_given_up(paper, serial, monkeypatch):
-    monkeypatch.setattr("validation.pieces.POLL", 0.01)
+    monkeypatch.setattr("validation.runtime.pieces.POLL", 0.01)
     todo, found = small(paper)
     told: list[str] = []
     workers = Workers(Silent(), gone=lambda: "tcp://x does not answer any more")

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from scipy.signal import find_peaks
 
-from mbs_models.model_file import load
-from mbs_models.parameters import Drivetrain
+from mbs_models.model.model_file import load
+from mbs_models.model.parameters import Drivetrain
 from validation.cli import main
 from validation.errors import CommandError
-from validation.results import Band
+from validation.routes.bands import Band
 from validation.sweep.figures import percentiles
 from validation.sweep.output import Pieces, Sweep
 from validation.sweep.parameters import design

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from fbs import direct_frf
-from mbs_models.model_file import load
-from mbs_models.modes import drivetrain_modes
-from mbs_models.parameters import Drivetrain
+from mbs_models.modal.modes import drivetrain_modes
+from mbs_models.model.model_file import load
+from mbs_models.model.parameters import Drivetrain
 from validation.cli import main
 from validation.errors import CommandError
-from validation.results import Band
-from validation.routes import EQUATIONS
+from validation.routes.bands import Band
+from validation.routes.routes import EQUATIONS
 from validation.sweep.figures import pictures
 from validation.sweep.metrics import Findings, columns, metrics
 from validation.sweep.output import Sweep

@@ -7,10 +7,10 @@ import pytest
 from scipy.stats import kstest, norm
 from scipy.stats import uniform as scipy_uniform
 
-from mbs_models.model_file import load
-from mbs_models.parameters import Drivetrain
+from mbs_models.model.model_file import load
+from mbs_models.model.parameters import Drivetrain
 from validation.errors import CommandError
-from validation.results import Band
+from validation.routes.bands import Band
 from validation.sweep.parameters import changed, design, model_data, steps_to
 from validation.sweep.run import sweep, task
 

@@ -11,10 +11,10 @@ import pytest
 from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
-from mbs_models.model_file import load
-from mbs_models.parameters import Damping, Drivetrain
+from mbs_models.model.model_file import load
+from mbs_models.model.parameters import Damping, Drivetrain
 from validation.cli import main
-from validation.results import Band
+from validation.routes.bands import Band
 from validation.sweep.axes import families, main_parameter
 from validation.sweep.figures import pictures
 from validation.sweep.grid_figures import CURVES, LABELLED, PANELS, draw_frfs, draw_metrics

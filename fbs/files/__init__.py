@@ -1,0 +1,1 @@
+"""FRFs and records in files."""

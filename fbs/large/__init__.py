@@ -1,0 +1,1 @@
+"""Chains of many parts, sparse systems, Krylov subspaces."""

@@ -1,0 +1,1 @@
+"""Systems whose springs vary periodically: steady states, extremes, stability."""

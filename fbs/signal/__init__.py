@@ -1,0 +1,1 @@
+"""Records, their spectra, and FRFs estimated from them."""

@@ -1,0 +1,1 @@
+"""Gears at work: operating points, orders, sidebands, resonances."""

@@ -1,0 +1,338 @@
+"""One operating point: speed and torque of the input, and all that follows for meshes and loads.
+
+Speeds and mesh frequencies come from the free motion of the drivetrain, mesh phases from tooth
+numbers, the reaction to the torque from equilibrium of that motion, the flanks that press from the
+static mesh forces. The drivetrain is seen from its turning gears: they vibrate about their mean
+rotation, which itself enters by the mesh frequencies alone (no gyroscopic or centrifugal terms).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..contact.mesh_excitation import CONSTANT, MeshLaw, at_mean
+from ..errors import ModelError
+from ..model.excitation import Excitation
+from ..model.mesh_phasing import MeshPhases, mesh_phases
+from ..model.mesh_tables import CONSTANT_STIFFNESS, MeshVariation, TransmissionError
+from ..model.parameters import Drivetrain, ParallelStage, PlanetaryStage
+from ..model.placement import facings, turning
+from ..system.components import Components, mesh_name
+from ..system.displaced import linearized_at
+from ..system.drivetrain import build_drivetrain, build_stage
+from ..system.linearization import LinearizedSystem, linearize
+from ..system.read_back import components
+from .orders import STANDS_STILL, speeds, teeth_passed
+from .preload import Constant, preload
+from .static_state import linear_mesh_forces, static_state
+
+FloatArray = NDArray[np.float64]
+AT_REST: Mapping[str, float] = {}
+
+
+@dataclass(frozen=True)
+class OperatingPoint:
+    """What an operating point makes of a drivetrain.
+
+    Attributes
+    ----------
+    speed_rpm
+        Of the input; None: no mesh is passed.
+    torque
+        At the input (N m), positive along its positive w.
+    output
+        The body that takes the reaction; None without a torque, or where supports take it.
+    speeds
+        Body → rad/s along its positive w; empty without a speed.
+    mesh_frequencies
+        Stage → Hz, of the stages that have teeth; empty without a speed.
+    phases
+        Planetary stage → phases of its meshes; of the stages whose meshes vary.
+    laws
+        Mesh → its force law.
+    loads
+        The torque and its reaction.
+    mesh_forces
+        Mesh → static force (N), positive where the loaded flanks press.
+    dofs, displacement
+        Where a run starts: the static equilibrium (n_dof,) in m, with every mesh at its mean.
+    linear
+        The drivetrain linearised there: what it vibrates like under the torque.
+    """
+
+    speed_rpm: float | None
+    torque: float
+    output: str | None
+    speeds: Mapping[str, float]
+    mesh_frequencies: Mapping[str, float]
+    phases: Mapping[str, MeshPhases]
+    laws: Mapping[str, MeshLaw]
+    loads: tuple[Excitation[Constant], ...]
+    mesh_forces: Mapping[str, float]
+    dofs: tuple[str, ...]
+    displacement: FloatArray
+    linear: LinearizedSystem
+
+    @property
+    def start_state(self) -> tuple[FloatArray, FloatArray]:
+        """Displacement and velocity to start from."""
+        return self.displacement, np.zeros_like(self.displacement)
+
+
+@dataclass(frozen=True)
+class _Family:
+    """The meshes of one key of a stage: what the model file says of them, and each one's phase."""
+
+    key: str
+    variation: MeshVariation
+    error: TransmissionError | None
+    backlash: float
+    names: tuple[str, ...]
+
+    @property
+    def varies(self) -> bool:
+        return self.variation != CONSTANT_STIFFNESS or self.error is not None
+
+
+def operating_point(
+    drivetrain: Drivetrain,
+    *,
+    speed_rpm: float | None = None,
+    torque: float | None = None,
+    output: str | None = None,
+) -> OperatingPoint:
+    """Work out an operating point.
+
+    Parameters
+    ----------
+    drivetrain
+        With an ``[operation]`` table, which names the input.
+    speed_rpm, torque, output
+        In place of the table's own; a speed of 0 is a standstill, every mesh at its mean.
+
+    Raises
+    ------
+    ModelError
+        The table or a key is missing, the input cannot turn, teeth do not fit, or there is no
+        equilibrium.
+    """
+    operation = drivetrain.operation
+    if operation is None:
+        raise ModelError(
+            f"{drivetrain.name}: no [operation] table; an operating point needs its input (and "
+            "speed, torque)"
+        )
+    speed = _finite("speed", operation.speed if speed_rpm is None else speed_rpm, "rpm")
+    moment = _finite("torque", operation.torque if torque is None else torque, "N m") or 0.0
+    system = build_drivetrain(drivetrain)
+    linear, parts = linearize(system), components(system)
+    if speed == 0.0:
+        speed, drivetrain = None, _at_mean_stiffness(drivetrain)
+    turns = _speeds(drivetrain, parts, speed)
+    frequencies = _mesh_frequencies(drivetrain, turns)
+    load, reaction = preload(drivetrain, linear, parts, moment, output or operation.output)
+    flanks = _flanks(drivetrain, linear, parts, load)
+    phases = _phases(drivetrain, turns, flanks)
+    laws = _laws(drivetrain, frequencies, phases, flanks)
+    start = static_state(drivetrain, linear, parts, load, laws)
+    return OperatingPoint(
+        speed_rpm=speed,
+        torque=moment,
+        output=reaction,
+        speeds=turns,
+        mesh_frequencies=frequencies,
+        phases=phases,
+        laws=laws,
+        loads=tuple(
+            Excitation(dof, Constant(float(force)))
+            for dof, force in zip(linear.dofs, load, strict=True)
+            if force
+        ),
+        mesh_forces=start.mesh_forces,
+        dofs=linear.dofs,
+        displacement=start.displacement,
+        linear=start.linear,
+    )
+
+
+def linearized_part(drivetrain: Drivetrain, name: str, point: OperatingPoint) -> LinearizedSystem:
+    """One stage (or inertia) alone, linearised where the torque has moved it.
+
+    Coupled with the others' it is the loaded drivetrain's own linearisation.
+    """
+    system = build_stage(drivetrain, name, at_mean(point.laws))
+    moved = dict(zip(point.dofs, point.displacement, strict=True))
+    motion = []
+    for dof in system.dofs:
+        leader, factor = point.linear.derived.get(dof.label, (dof.label, 1.0))
+        motion.append(factor * moved[leader])
+    return linearized_at(system, np.array(motion))
+
+
+def _finite(key: str, value: float | None, unit: str) -> float | None:
+    if value is not None and not math.isfinite(value):
+        raise ModelError(f"{key} = {value}: must be a finite number ({unit})")
+    return value
+
+
+def _at_mean_stiffness(drivetrain: Drivetrain) -> Drivetrain:
+    """The drivetrain without what varies as it turns."""
+    stages = [
+        stage.model_copy(
+            update={
+                name: type(stage).model_fields[name].default
+                for name in type(stage).model_fields
+                if name.endswith(("mesh_variation", "mesh_transmission_error"))
+            }
+        )
+        for stage in drivetrain.stages
+    ]
+    return drivetrain.model_copy(update={"stages": tuple(stages)})
+
+
+# Speeds and mesh frequencies
+
+
+def _speeds(drivetrain: Drivetrain, parts: Components, speed: float | None) -> Mapping[str, float]:
+    """Every body's speed along its positive w (rad/s)."""
+    if speed is None:
+        return AT_REST
+    assert drivetrain.operation is not None
+    driven = drivetrain.operation.input
+    ratio = speeds(parts, driven)
+    if not ratio:
+        raise ModelError(f"operation: input = {driven!r}: cannot turn freely: it has no speed")
+    facing = facings(drivetrain)
+    rate = speed * 2.0 * math.pi / 60.0 * turning(facing, driven)
+    hubs = {coupling.name for coupling in drivetrain.couplings}
+    return {body: rate * ratio[body] * turning(facing, body) for body in ratio if body not in hubs}
+
+
+def _mesh_frequencies(drivetrain: Drivetrain, turns: Mapping[str, float]) -> dict[str, float]:
+    """Stage → f_mesh (Hz) where teeth are given; a stage whose meshes vary must have them."""
+    found: dict[str, float] = {}
+    fastest = max(map(abs, turns.values()), default=0.0)
+    for stage in drivetrain.stages:
+        varying = [family.key for family in families(stage) if family.varies]
+        if not turns:
+            if varying:
+                raise ModelError(
+                    f"stage '{stage.name}': {varying[0]} varies with the rotation, but no speed is "
+                    "given; give speed (rpm) in [operation] or with the operating point"
+                )
+            continue
+        passed = teeth_passed(stage, turns)
+        if passed > STANDS_STILL * fastest:
+            found[stage.name] = passed / (2.0 * math.pi)
+        elif varying:
+            raise ModelError(_no_frequency(stage, varying[0]))
+    return found
+
+
+def _no_frequency(stage: ParallelStage | PlanetaryStage, key: str) -> str:
+    gears = ("pinion", "wheel") if isinstance(stage, ParallelStage) else ("sun", "ring")
+    if all(getattr(stage, gear).teeth is None for gear in gears):
+        keys = " or ".join(f"{gear}.teeth" for gear in gears)
+        return f"stage '{stage.name}': {key} needs the mesh frequency: {keys} is missing"
+    return f"stage '{stage.name}': {key} needs a mesh frequency, but the stage does not turn"
+
+
+# Meshes
+
+
+def families(stage: ParallelStage | PlanetaryStage) -> tuple[_Family, ...]:
+    """The mesh families of a stage."""
+    if isinstance(stage, ParallelStage):
+        names = (mesh_name(f"{stage.name}.pinion", f"{stage.name}.wheel"),)
+        return (
+            _Family(
+                "mesh",
+                stage.mesh_variation,
+                stage.mesh_transmission_error,
+                stage.mesh_backlash,
+                names,
+            ),
+        )
+    return (
+        _Family(
+            "sun_mesh",
+            stage.sun_mesh_variation,
+            stage.sun_mesh_transmission_error,
+            stage.sun_mesh_backlash,
+            _planet_meshes(stage, "sun"),
+        ),
+        _Family(
+            "ring_mesh",
+            stage.ring_mesh_variation,
+            stage.ring_mesh_transmission_error,
+            stage.ring_mesh_backlash,
+            _planet_meshes(stage, "ring"),
+        ),
+    )
+
+
+def _planet_meshes(stage: PlanetaryStage, member: str) -> tuple[str, ...]:
+    return tuple(
+        mesh_name(f"{stage.name}.{member}", f"{stage.name}.planet{number}")
+        for number in range(1, stage.planet_count + 1)
+    )
+
+
+def _flanks(
+    drivetrain: Drivetrain, linear: LinearizedSystem, parts: Components, load: FloatArray
+) -> dict[str, float]:
+    """Sign of each mesh's deflection when its loaded flanks press.
+
+    Without a static force it is 1: positive torque on the stage's first gear.
+    """
+    forces = linear_mesh_forces(linear, parts, load) if np.any(load) else {}
+    names = (
+        name for stage in drivetrain.stages for family in families(stage) for name in family.names
+    )
+    return {name: math.copysign(1.0, forces.get(name, 0.0)) for name in names}
+
+
+def _phases(
+    drivetrain: Drivetrain, turns: Mapping[str, float], flanks: Mapping[str, float]
+) -> dict[str, MeshPhases]:
+    found: dict[str, MeshPhases] = {}
+    for stage in drivetrain.stages:
+        own = families(stage)
+        if isinstance(stage, PlanetaryStage) and any(family.varies for family in own):
+            # Positive w is counter-clockwise in the stage's frame.
+            turning_way = turns[f"{stage.name}.sun"] - turns[f"{stage.name}.carrier"]
+            pushes = flanks[own[0].names[0]]  # 1: the sun pushes counter-clockwise
+            found[stage.name] = mesh_phases(
+                stage, turning=turning_way, sun_drives=pushes * turning_way > 0.0
+            )
+    return found
+
+
+def _laws(
+    drivetrain: Drivetrain,
+    frequencies: Mapping[str, float],
+    phases: Mapping[str, MeshPhases],
+    flanks: Mapping[str, float],
+) -> dict[str, MeshLaw]:
+    found: dict[str, MeshLaw] = {}
+    for stage in drivetrain.stages:
+        for family in families(stage):
+            later = [0.0] * len(family.names)
+            if family.varies and stage.name in phases:
+                own = phases[stage.name]
+                later = list(own.sun if family.key == "sun_mesh" else own.ring)
+            for name, phase in zip(family.names, later, strict=True):
+                found[name] = MeshLaw(
+                    frequency=frequencies[stage.name] if family.varies else 0.0,
+                    phase=phase,
+                    stiffness=family.variation.waveform,
+                    transmission_error=family.error.waveform if family.error else CONSTANT,
+                    backlash=family.backlash,
+                    flank=flanks[name],
+                )
+    return found

@@ -1,1 +1,0 @@
-"""Gears that excite: varying meshes and their phases, operating points, and what they cause."""

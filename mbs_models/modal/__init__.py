@@ -1,0 +1,1 @@
+"""Eigensolution, kinds of modes, their energy."""

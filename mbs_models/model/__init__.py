@@ -1,0 +1,1 @@
+"""A drivetrain's parameters, its model file, and where its parts stand."""

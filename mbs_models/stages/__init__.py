@@ -1,0 +1,1 @@
+"""The stage types: one module for each."""

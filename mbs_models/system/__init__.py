@@ -1,0 +1,1 @@
+"""Multibody systems in exudyn: built, linearised, read back."""

@@ -1,0 +1,1 @@
+"""Two routes, a value, a tolerance: the verdicts, and what explains a disagreement."""

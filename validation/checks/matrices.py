@@ -1,0 +1,114 @@
+"""M, C and K by two routes, entry by entry, and the stages put together."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fbs import SecondOrderSystem
+
+from ..routes.routes import Model
+from .check import Check
+from .diagnosis import differing_entries, in_words
+
+MATRIX_TOLERANCE = 1e-12
+MATRIX_REASON = (
+    "both are sums of the same few springs in double precision; geometry and equations differ by "
+    "the rounding of sines and positions, 1e-15 here"
+)
+
+
+def matrix_checks(model: Model, witness: Model) -> list[Check]:
+    """The two sources' matrices, of the whole and of every stage."""
+    subjects = [("whole drivetrain", model.whole, witness.whole)]
+    subjects += [(f"stage {n}", model.stages[n], witness.stages[n]) for n in model.stages]
+    routes = (model.source, witness.source)
+    return [
+        check
+        for subject, ours, theirs in subjects
+        for check in _compare_systems("entry by entry", subject, routes, ours, theirs)
+    ]
+
+
+def assembly_checks(model: Model, witness: Model) -> list[Check]:
+    """The stages' matrices put together, against the whole's: nothing lost in the split."""
+    return [
+        check
+        for m in (model, witness)
+        if m.joints
+        for check in _compare_systems(
+            "stages put together",
+            "whole drivetrain",
+            (model.source, f"{m.source} stages"),
+            model.whole,
+            assembled(m),
+        )
+    ]
+
+
+def assembled(model: Model) -> SecondOrderSystem:
+    """The parts' matrices and their flexible joints, added up over the labels: what FBS must equal.
+
+    Only independent DoFs are added; a hub welded to bodies is the derived label of one stage's DoF
+    and of another's, which the whole's own reduction joins.
+    """
+    whole = model.whole
+    size = len(whole.dofs)
+    mass, damping, stiffness = (np.zeros((size, size)) for _ in range(3))
+    for stage in model.stages.values():
+        index, factor = whole.locate(stage.dofs)
+        spread = np.zeros((size, len(stage.dofs)))
+        spread[index, np.arange(len(stage.dofs))] = factor
+        mass += spread @ stage.mass @ spread.T
+        damping += spread @ stage.damping @ spread.T
+        stiffness += spread @ stage.stiffness @ spread.T
+    for joint in model.joints:
+        if joint.stiffness is not None:
+            index, factor = whole.locate([joint.first[1], joint.second[1]])
+            v = np.zeros(size)
+            np.add.at(v, index, factor * np.array([1.0, -joint.ratio]))
+            damping += joint.damping * np.outer(v, v)
+            stiffness += joint.stiffness * np.outer(v, v)
+    return SecondOrderSystem(mass, damping, stiffness, whole.dofs)
+
+
+def _compare_systems(
+    name: str,
+    subject: str,
+    routes: tuple[str, str],
+    ours: SecondOrderSystem,
+    theirs: SecondOrderSystem,
+) -> list[Check]:
+    if set(ours.dofs) != set(theirs.dofs):
+        odd = sorted(set(ours.dofs) ^ set(theirs.dofs))
+        finding = f"these DoFs are in one of the two only: {', '.join(odd)}"
+        return [
+            Check(
+                f"M, C, K {name}", subject, routes, "DoFs in one route only", float(len(odd)), 0.0,
+                "the routes describe the same DoFs", (finding,),
+            )
+        ]  # fmt: skip
+    order = [theirs.dofs.index(dof) for dof in ours.dofs]
+    checks = []
+    for matrix in ("mass", "damping", "stiffness"):
+        reference = getattr(ours, matrix)
+        other = getattr(theirs, matrix)[np.ix_(order, order)]
+        largest = float(np.abs(reference).max())
+        if largest == 0.0 and not other.any():
+            continue  # an undamped drivetrain has no C to compare
+        # The largest entry rules (10 kg against a hub of 1e-8 kg would hide half a hub), so mass
+        # and damping are judged by each entry's own DoFs as well.
+        scale = np.sqrt(np.outer(np.diag(reference), np.diag(reference)))
+        own = np.divide(np.abs(other - reference), scale, out=np.zeros_like(scale), where=scale > 0)
+        value = max(float(np.abs(other - reference).max()) / max(largest, 1e-300), float(own.max()))
+        findings: tuple[str, ...] = ()
+        if value > MATRIX_TOLERANCE:
+            found = differing_entries(matrix, reference, other, ours.dofs, MATRIX_TOLERANCE * scale)
+            findings = in_words(found)
+        checks.append(
+            Check(
+                f"{matrix.capitalize()} matrix, {name}", subject, routes,
+                "largest difference, relative",
+                value, MATRIX_TOLERANCE, MATRIX_REASON, findings,
+            )
+        )  # fmt: skip
+    return checks

@@ -1,0 +1,1 @@
+"""`crosscheck run`: all routes of a drivetrain against each other."""

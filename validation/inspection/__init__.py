@@ -1,0 +1,1 @@
+"""`crosscheck check` and `frf`: one model looked at."""

@@ -1,0 +1,141 @@
+"""FRFs for a user: drawn in the terminal, or written to a file by its ending."""
+
+from __future__ import annotations
+
+import csv
+import io
+import shutil
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fbs import Frf
+from fbs.files.uff import UNITS as RESPONSE_UNITS
+from fbs.files.whole_files import require_writable, written_whole
+
+from ..errors import CommandError
+from ..runtime.output_folder import telling
+
+CSV_ROWS = 1000  # as Python has them, at a time: numbers of which take four times those of numpy
+
+
+def labels(option: str, given: Sequence[str] | None) -> tuple[str, ...] | None:
+    """DoF labels of a repeated or comma-separated option; None for ``all``."""
+    found = tuple(label for item in given or () for label in item.split(",") if label)
+    if not found:
+        raise CommandError(f"{option} is missing: give a DoF such as planetary.sun.w, or all")
+    return None if found == ("all",) else found
+
+
+def check_target(path: Path) -> None:
+    """Refuse a file that cannot be written before anything is computed."""
+    if path.suffix.lower() not in WRITERS:
+        raise CommandError(
+            f"--output = {path}: the ending {path.suffix or '(none)'} is not known; allowed: "
+            f"{', '.join(WRITERS)}"
+        )
+    with telling(f"--output = {path}"):
+        require_writable(path)
+
+
+def is_picture(path: Path) -> bool:
+    """Whether FRFs are drawn by matplotlib, rather than written as numbers or shown."""
+    return WRITERS.get(path.suffix.lower()) is _write_picture
+
+
+def write(frf: Frf, path: Path, title: str) -> None:
+    """Write an FRF by the file's ending; an existing file is replaced whole or not at all."""
+    ending = path.suffix.lower()
+    with telling(f"--output = {path}"), written_whole(path) as file:
+        WRITERS[ending](frf, file, ending, title)
+
+
+def _write_npz(frf: Frf, file: BinaryIO, ending: str, title: str) -> None:
+    np.savez_compressed(
+        file,
+        frequency=frf.frequency,
+        values=frf.values,
+        responses=np.array(frf.responses),
+        excitations=np.array(frf.excitations),
+        quantity=np.array(str(frf.quantity)),
+    )
+
+
+def _write_csv(frf: Frf, file: BinaryIO, ending: str, title: str) -> None:
+    unit = f"{RESPONSE_UNITS[frf.quantity]}/N"
+    header = ["frequency_hz"]
+    columns = [frf.frequency]
+    for response, excitation, values in frf.curves():
+        name = f"{frf.quantity} {response} <- {excitation} ({unit})"
+        header += [f"re {name}", f"im {name}"]
+        columns += [values.real, values.imag]
+    text = io.TextIOWrapper(file, encoding="utf-8", newline="")
+    writer = csv.writer(text)
+    writer.writerow(header)
+    for start in range(0, len(frf.frequency), CSV_ROWS):
+        rows = [column[start : start + CSV_ROWS] for column in columns]
+        writer.writerows(np.column_stack(rows).tolist())
+    text.detach()
+
+
+def _write_uff(frf: Frf, file: BinaryIO, ending: str, title: str) -> None:
+    from fbs.files.uff import write_uff_to
+
+    write_uff_to(frf, file)
+
+
+def _write_picture(frf: Frf, file: BinaryIO, ending: str, title: str) -> None:
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9.0, 6.0), layout="constrained")
+    magnitude, _ = frf.plot(figure.subplots(2, sharex=True, height_ratios=(3, 1)))
+    magnitude.set_title(title)
+    figure.savefig(file, format=ending.removeprefix("."))
+
+
+WRITERS: Mapping[str, Callable[[Frf, BinaryIO, str, str], None]] = {
+    ".npz": _write_npz,
+    ".csv": _write_csv,
+    ".uff": _write_uff,
+    ".png": _write_picture,
+    ".svg": _write_picture,
+    ".pdf": _write_picture,
+}
+
+
+def show(frf: Frf) -> None:
+    """Draw |H| in dB over frequency in the terminal, one chart per FRF."""
+    width = max(40, min(shutil.get_terminal_size((100, 24)).columns, 160)) - 12
+    for response, excitation, values in frf.curves():
+        with np.errstate(divide="ignore"):
+            level = 20.0 * np.log10(np.abs(values))
+        print(f"{response} ← {excitation}: {frf.quantity}, dB re 1 {frf.quantity.unit}")
+        print(chart(frf.frequency, level, width, height=16))
+
+
+def chart(x: NDArray[np.float64], y: NDArray[np.float64], width: int, height: int) -> str:
+    """A curve in braille dots: each of 2·width columns spans the extremes of its lines."""
+    finite = np.isfinite(y)
+    if not finite.any():
+        return "  (zero at every line)"
+    low, high = float(y[finite].min()), float(y[finite].max())
+    span = high - low or 1.0
+    column = np.minimum(
+        ((x - x[0]) / ((x[-1] - x[0]) or 1.0) * 2 * width).astype(int), 2 * width - 1
+    )
+    row = ((high - np.where(finite, y, low)) / span * (4 * height - 1)).round().astype(int)
+    dots = np.zeros((4 * height, 2 * width), dtype=bool)
+    previous = row[0]
+    for c, r in zip(column, row, strict=True):
+        dots[min(previous, r) : max(previous, r) + 1, c] = True
+        previous = r
+    bits = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]])
+    cells = np.einsum("racb,ab->rc", dots.reshape(height, 4, width, 2), bits)
+    lines = ["".join(chr(0x2800 + int(cell)) for cell in line) for line in cells]
+    marks = {0: f"{high:8.1f}", height // 2: f"{(high + low) / 2:8.1f}", height - 1: f"{low:8.1f}"}
+    body = [f"{marks.get(i, ''):>8} ┤{line}" for i, line in enumerate(lines)]
+    foot = f"{x[0]:g} Hz"
+    return "\n".join([*body, f"{'':9}└{foot}{f'{x[-1]:g} Hz':>{width - len(foot)}}"])

@@ -1,0 +1,1 @@
+"""The drivetrain drawn, its mode shapes and energies."""

@@ -1,0 +1,296 @@
+"""The drivetrain on paper: its parts in the train's order, each in a panel, to scale.
+
+Everything is seen along the shafts, from the same side. The page's x axis is the global y axis and
+its y axis (downwards) the global x axis, so that every part's first transverse direction (u, or the
+line of action y) points to the right. Circles come from the parameters, springs and their ends from
+the exudyn system: where the two do not fit, it shows.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbs_models.model.gear_geometry import radial
+from mbs_models.model.parameters import (
+    Coupling,
+    Drivetrain,
+    Inertia,
+    ParallelStage,
+    Part,
+    PlanetaryStage,
+)
+from mbs_models.model.placement import Frame, neighbours
+from mbs_models.stages.parallel_stage import body_centres
+from mbs_models.system.components import GROUND, Components, Spring, SpringKind
+from mbs_models.system.drivetrain import place_parts
+
+Array = NDArray[np.float64]
+Point = tuple[float, float]
+Item = ParallelStage | PlanetaryStage | Inertia | Coupling
+
+PAGE = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])  # global (x, y, z) → page (right, down)
+WIDTH = 1000.0
+GAP, HEADER, FOOTER = 14.0, 34.0, 26.0
+ENLARGEMENTS = [m * 10**e for e in range(9) for m in (1, 2, 5)]
+ROOMS = ((3, 270.0), (6, 190.0), (1000, 150.0))  # the largest stage's size, by how many there are
+LETTER = 8.2  # of a title
+ROTOR, HUB = 44.0, 30.0  # drawn radius of what is not to scale
+
+
+class Role(StrEnum):
+    """What a body is drawn as."""
+
+    PINION = "pinion"
+    WHEEL = "wheel"
+    SUN = "sun"
+    RING = "ring"
+    CARRIER = "carrier"
+    PLANET = "planet"
+    ROTOR = "rotor"
+    HUB = "hub"
+
+
+@dataclass(frozen=True)
+class Disc:
+    """A body: its centre (m, global), the radius r of w = r·θ, and its pitch radius."""
+
+    body: str
+    role: Role
+    centre: Array
+    radius: float
+    pitch: float
+
+    @property
+    def outer(self) -> float:
+        """The largest radius drawn (m)."""
+        return 1.1 * self.pitch if self.role is Role.RING else self.pitch
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One part or hub on the page.
+
+    Attributes
+    ----------
+    item
+        The stage, inertia or coupling.
+    discs, springs
+        Its bodies, and the springs among them and to ground.
+    frame
+        Where it stands.
+    corner, size
+        Top left corner and size (page units).
+    scale
+        Page units per metre.
+    enlargement
+        How many times larger than the largest stage's scale; 0: not to scale.
+    middle
+        What lies in the middle (m, on the page).
+    """
+
+    item: Item
+    discs: tuple[Disc, ...]
+    springs: tuple[Spring, ...]
+    frame: Frame
+    corner: Point
+    size: Point
+    scale: float
+    enlargement: int
+    middle: Array
+
+    def at(self, point: Array) -> Point:
+        """Where a point (m, global) lies on the page."""
+        x, y = self.scale * (PAGE @ point - self.middle)
+        left, top = self.corner
+        width, height = self.size
+        return left + width / 2.0 + x, top + HEADER + (height - HEADER - FOOTER) / 2.0 + y
+
+    def disc(self, body: str) -> Disc:
+        """The body of that name."""
+        return next(disc for disc in self.discs if disc.body == body)
+
+
+@dataclass(frozen=True)
+class Layout:
+    """All panels, and the height they need."""
+
+    panels: tuple[Panel, ...]
+    height: float
+
+    @property
+    def sides(self) -> Point:
+        """Left and right end of what is used of the page's width."""
+        return (
+            min(panel.corner[0] for panel in self.panels),
+            max(panel.corner[0] + panel.size[0] for panel in self.panels),
+        )
+
+
+def lay_out(drivetrain: Drivetrain, parts: Components) -> Layout:
+    """Every part and hub in its panel, in rows, in the train's order."""
+    frames = place_parts(drivetrain)
+    items = in_order(drivetrain)
+    discs = [item_discs(drivetrain, item, frames) for item in items]
+    scales = _scales(items, discs)
+    panels: list[Panel] = []
+    sizes = [
+        _size(found, scale, item)
+        for item, found, (scale, _) in zip(items, discs, scales, strict=True)
+    ]
+    corners, height = _rows(sizes)
+    for item, found, (scale, factor), size, corner in zip(
+        items, discs, scales, sizes, corners, strict=True
+    ):
+        low, high = _box(found)
+        frame = frames[item.first.partition(".")[0] if isinstance(item, Coupling) else item.name]
+        own = _springs_among(parts.springs, {disc.body for disc in found})
+        panels.append(
+            Panel(item, found, own, frame, corner, size, scale, factor, (low + high) / 2.0)
+        )
+    return Layout(tuple(panels), height)
+
+
+def in_order(drivetrain: Drivetrain) -> list[Item]:
+    """Parts and couplings along the train, from the end nearest to the first stage."""
+    found: list[Item] = []
+    first = drivetrain.parts[0].name
+    near = {there.partition(".")[0] for _, there in neighbours(drivetrain, first)}
+
+    def from_the_end(part: Part) -> tuple[bool, int]:
+        inside = len(_joined(drivetrain, part.name)) > 1
+        return inside, 0 if part.name == first else 1 if part.name in near else 2
+
+    for part in sorted(drivetrain.parts, key=from_the_end):
+        if part not in found:
+            found += _walk(drivetrain, part.name, found)
+    return found
+
+
+def _joined(drivetrain: Drivetrain, name: str) -> list[Coupling]:
+    return [
+        coupling
+        for coupling in drivetrain.couplings
+        if name in (coupling.first.partition(".")[0], coupling.second.partition(".")[0])
+    ]
+
+
+def _walk(drivetrain: Drivetrain, name: str, known: Sequence[Item]) -> list[Item]:
+    walked: list[Item] = [drivetrain.part(name)]
+    for coupling in _joined(drivetrain, name):
+        if coupling in (*known, *walked):
+            continue
+        walked.append(coupling)
+        for body in (coupling.first, coupling.second):
+            other = drivetrain.part(body.partition(".")[0])
+            if other not in (*known, *walked):
+                walked += _walk(drivetrain, other.name, [*known, *walked])
+    return walked
+
+
+def item_discs(drivetrain: Drivetrain, item: Item, frames: dict[str, Frame]) -> tuple[Disc, ...]:
+    """The bodies of a stage, an inertia, or a coupling's hub, where they stand."""
+    if isinstance(item, Coupling):
+        centre = body_centre(drivetrain, item.first, frames)
+        return (Disc(item.name, Role.HUB, centre, item.radius, item.radius),)
+    frame = frames[item.name]
+    if isinstance(item, Inertia):
+        return (Disc(item.name, Role.ROTOR, frame.origin, item.radius, item.radius),)
+    return tuple(_stage_discs(item, frame))
+
+
+def _stage_discs(stage: ParallelStage | PlanetaryStage, frame: Frame) -> Iterator[Disc]:
+    if isinstance(stage, ParallelStage):
+        to_pitch = 1.0 / math.cos(math.radians(stage.pressure_angle))
+        for name, centre in body_centres(stage).items():
+            r = stage.radius(name)
+            yield Disc(f"{stage.name}.{name}", Role(name), frame.point(centre), r, r * to_pitch)
+        return
+    pitch = {
+        "ring": stage.ring_radius / math.cos(stage.ring_mesh_angle),
+        "carrier": stage.carrier_radius,
+        "sun": stage.sun.base_radius / math.cos(stage.sun_mesh_angle),
+    }
+    for name, pitch_radius in pitch.items():
+        r = stage.radius(name)
+        yield Disc(f"{stage.name}.{name}", Role(name), frame.origin, r, pitch_radius)
+    r = stage.planet.base_radius
+    for number, angle in enumerate(stage.angles, start=1):
+        centre = frame.point(stage.carrier_radius * radial(angle))
+        pitch_radius = r / math.cos(stage.sun_mesh_angle)
+        yield Disc(f"{stage.name}.planet{number}", Role.PLANET, centre, r, pitch_radius)
+
+
+def body_centre(drivetrain: Drivetrain, body: str, frames: dict[str, Frame]) -> Array:
+    """Centre of a body that a coupling can join (m, global)."""
+    part = drivetrain.part(body.partition(".")[0])
+    return next(disc.centre for disc in item_discs(drivetrain, part, frames) if disc.body == body)
+
+
+def _springs_among(springs: Sequence[Spring], bodies: set[str]) -> tuple[Spring, ...]:
+    return tuple(
+        spring
+        for spring in springs
+        if spring.kind not in (SpringKind.SHAFT, SpringKind.TRANSLATION)
+        and {end.body for end in spring.ends} <= bodies | {GROUND}
+    )
+
+
+def _box(discs: Sequence[Disc]) -> tuple[Array, Array]:
+    centres = np.array([PAGE @ disc.centre for disc in discs])
+    outer = np.array([[disc.outer] for disc in discs])
+    return np.min(centres - outer, axis=0), np.max(centres + outer, axis=0)
+
+
+def _scales(items: Sequence[Item], discs: Sequence[Sequence[Disc]]) -> list[tuple[float, int]]:
+    """Scale and enlargement of every panel; a stage far smaller than the largest is enlarged."""
+    boxes = [np.subtract(*reversed(_box(found))) for found in discs]
+    stages = [
+        box
+        for item, box in zip(items, boxes, strict=True)
+        if isinstance(item, ParallelStage | PlanetaryStage)
+    ]
+    room = next(height for most, height in ROOMS if len(stages) <= most)
+    common = room / max((float(max(box)) for box in stages), default=1.0)
+    found: list[tuple[float, int]] = []
+    for item, box, own in zip(items, boxes, discs, strict=True):
+        if isinstance(item, Inertia | Coupling):
+            drawn = HUB if isinstance(item, Coupling) else ROTOR
+            found.append((drawn / own[0].radius, 0))
+        else:
+            size = float(max(box)) * common
+            factor = next((f for f in ENLARGEMENTS if f * size >= 0.4 * room), ENLARGEMENTS[-1])
+            found.append((common * factor, factor))
+    return found
+
+
+def _size(discs: Sequence[Disc], scale: float, item: Item) -> Point:
+    low, high = _box(discs)
+    width, height = scale * (high - low)
+    margin = 110.0 if isinstance(item, ParallelStage | PlanetaryStage) else 34.0
+    title = LETTER * len(item.name)
+    return max(float(width) + margin, title), float(height) + margin * 0.6 + HEADER + FOOTER
+
+
+def _rows(sizes: Sequence[Point]) -> tuple[list[Point], float]:
+    """Corners of panels set in rows, each row in the middle of the page."""
+    rows: list[list[Point]] = [[]]
+    for size in sizes:
+        if rows[-1] and sum(w + GAP for w, _ in rows[-1]) + size[0] > WIDTH:
+            rows.append([])
+        rows[-1].append(size)
+    corners: list[Point] = []
+    top = 0.0
+    for row in rows:
+        left = (WIDTH - sum(w for w, _ in row) - GAP * (len(row) - 1)) / 2.0
+        tallest = max(h for _, h in row)
+        for width, height in row:
+            corners.append((left, top + (tallest - height) / 2.0))
+            left += width + GAP
+        top += tallest + GAP
+    return corners, top - GAP

@@ -1,0 +1,1 @@
+"""The ways to a matrix or an FRF."""

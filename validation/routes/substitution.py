@@ -1,0 +1,216 @@
+"""Parts of a drivetrain whose FRFs come from files instead of from the model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fbs import AxisMismatchError, Frf, direct_frf
+from fbs.frf import require_same_frequency
+from mbs_models.model.parameters import Drivetrain
+
+from ..errors import CommandError, require_frequencies
+from . import frf_input
+from .routes import EQUATIONS, coupling_joints, known_part
+from .substitution_checks import implausible, square_labels
+
+FloatArray = NDArray[np.float64]
+
+SAME_STEP = 1e-9  # relative: the round-off of decimal input
+
+
+@dataclass(frozen=True, eq=False)
+class Replacement:
+    """A part's FRFs from a file.
+
+    Attributes
+    ----------
+    part, path
+        The stage or inertia, and the file.
+    frf
+        Its receptances between the DoFs that the model has too, on the run's lines.
+    interface
+        Labels of the DoFs at which it is coupled.
+    left_out
+        The part's labels that the file does not have both as response and as excitation.
+    unknown
+        The file's labels that the model does not have.
+    warnings
+        What is odd about the file.
+    """
+
+    part: str
+    path: Path
+    frf: Frf
+    interface: tuple[str, ...]
+    left_out: tuple[str, ...]
+    unknown: tuple[str, ...]
+    warnings: tuple[str, ...]
+
+
+def read_replacements(
+    drivetrain: Drivetrain,
+    given: Sequence[str],
+    fmin: float | None = None,
+    fmax: float | None = None,
+    df: float | None = None,
+) -> tuple[Replacement, ...]:
+    """Read the files of ``--replace PART=FILE``.
+
+    Parameters
+    ----------
+    drivetrain
+        Whose parts are replaced.
+    given
+        The options, one for each part.
+    fmin, fmax
+        Limits of the lines used (Hz; None: all of the file but 0 Hz).
+    df
+        A step that the lines must have (Hz; None: any).
+
+    Raises
+    ------
+    CommandError
+        An option or a file that does not fit: it is named, with what is allowed.
+    """
+    require_frequencies(fmin=fmin, fmax=fmax, df=df)
+    paths = _paths(drivetrain, given)
+    found = tuple(_replacement(drivetrain, part, path, fmin, fmax) for part, path in paths.items())
+    for other in found[1:]:
+        _refuse_other_axis(found[0], other)
+    if found and df is not None:
+        _refuse_other_step(found[0], df)
+    return found
+
+
+def interface_labels(drivetrain: Drivetrain, part: str) -> tuple[str, ...]:
+    """Labels of the DoFs at which a part is coupled."""
+    joints = [joint for c in drivetrain.couplings for joint in coupling_joints(drivetrain, c)]
+    ends = [end for joint in joints for end in (joint.first, joint.second)]
+    return tuple(dict.fromkeys(label for owner, label in ends if owner == part))
+
+
+def _paths(drivetrain: Drivetrain, given: Sequence[str]) -> dict[str, Path]:
+    paths: dict[str, Path] = {}
+    for item in given:
+        name, sign, file = item.partition("=")
+        if not (name and sign and file):
+            raise CommandError(
+                f"--replace = {item!r}: give a stage and a file, such as planetary=measured.uff"
+            )
+        part = known_part(drivetrain, name, "--replace")
+        if part in paths:
+            raise CommandError(
+                f"--replace = {item!r}: '{part}' is replaced by {paths[part]} already; "
+                "one file for each stage"
+            )
+        paths[part] = Path(file)
+    return paths
+
+
+def _replacement(
+    drivetrain: Drivetrain, part: str, path: Path, fmin: float | None, fmax: float | None
+) -> Replacement:
+    interface = interface_labels(drivetrain, part)
+    system = EQUATIONS.stage(drivetrain, part)
+    frf = frf_input.read(path)
+    _refuse_other_parts(drivetrain, part, path, frf)
+    _refuse_missing_interface(part, path, frf, interface)
+    rows, columns = (
+        [label for label in labels if label in system.labels]
+        for labels in (frf.responses, frf.excitations)
+    )
+    if not (rows and columns):
+        raise CommandError(
+            f"{path}: none of its DoFs belong to '{part}'; it has {_listing(frf.responses)}, "
+            f"'{part}' has {_listing(system.labels)}"
+        )
+    unknown = dict.fromkeys(x for x in frf.responses + frf.excitations if x not in system.labels)
+    lines = _lines(path, frf.frequency, fmin, fmax)
+    static = frf.frequency[0] == 0.0 and (fmin is None or fmin <= 0.0)
+    known = frf.select(rows, columns).band(lines[0], lines[-1]).to("receptance")
+    own = direct_frf(system, known.frequency, interface, interface) if interface else known
+    odd = [*_notes(static, unknown), *implausible(known, own, interface)]
+    return Replacement(
+        part=part,
+        path=path,
+        frf=known,
+        interface=interface,
+        left_out=tuple(x for x in system.labels if x not in square_labels(known)),
+        unknown=tuple(unknown),
+        warnings=tuple(f"{path} ('{part}'): {words}" for words in odd),
+    )
+
+
+def _notes(static: bool, unknown: Mapping[str, None]) -> list[str]:
+    notes = []
+    if static:
+        notes.append("its line at 0 Hz is left out: what is free to move has no FRF there")
+    if unknown:
+        notes.append(f"the model has no DoF {_listing(tuple(unknown))}: left out")
+    return notes
+
+
+def _refuse_other_parts(drivetrain: Drivetrain, part: str, path: Path, frf: Frf) -> None:
+    """FRFs of the whole drivetrain are no part's."""
+    own = EQUATIONS.stage(drivetrain, part).labels
+    for other in drivetrain.parts:
+        theirs = EQUATIONS.stage(drivetrain, other.name).labels
+        strange = [x for x in frf.responses + frf.excitations if x in theirs and x not in own]
+        if other.name != part and strange:
+            raise CommandError(
+                f"{path}: {strange[0]!r} belongs to '{other.name}', not to '{part}'; FRFs of "
+                f"'{part}' alone are needed (crosscheck frf --stage {part} writes such a file)"
+            )
+
+
+def _refuse_missing_interface(part: str, path: Path, frf: Frf, interface: tuple[str, ...]) -> None:
+    for role, labels in (("response", frf.responses), ("excitation", frf.excitations)):
+        missing = [label for label in interface if label not in labels]
+        if missing:
+            raise CommandError(
+                f"{path}: {', '.join(missing)} is missing as {role}; '{part}' is coupled at "
+                f"{', '.join(interface)}, needed as response and as excitation; the file's "
+                f"{role}s are {_listing(labels)}"
+            )
+
+
+def _lines(path: Path, frequency: FloatArray, fmin: float | None, fmax: float | None) -> FloatArray:
+    low, high = (0.0 if fmin is None else fmin), (np.inf if fmax is None else fmax)
+    lines = frequency[(frequency > 0.0) & (frequency >= low) & (frequency <= high)]
+    if not lines.size:
+        raise CommandError(
+            f"{path}: no line above 0 Hz from fmin = {low:g} to fmax = {high:g} Hz; the file "
+            f"has {frequency.size}, {frequency[0]:g} to {frequency[-1]:g} Hz"
+        )
+    return lines
+
+
+def _refuse_other_axis(first: Replacement, other: Replacement) -> None:
+    try:
+        require_same_frequency(
+            first.frf.frequency,
+            other.frf.frequency,
+            f"{other.path}: its frequency lines are not those of {first.path}",
+        )
+    except AxisMismatchError as error:
+        raise CommandError(
+            f"{error}; all files need the same lines (--fmin and --fmax cut them)"
+        ) from error
+
+
+def _refuse_other_step(replacement: Replacement, df: float) -> None:
+    steps = np.diff(replacement.frf.frequency)
+    if not np.all(np.abs(steps - df) <= SAME_STEP * df):
+        raise CommandError(
+            f"--df = {df:g}: the lines are those of {replacement.path}, {steps.min():.6g} to "
+            f"{steps.max():.6g} Hz apart; leave --df out with --replace"
+        )
+
+
+def _listing(labels: Sequence[str], limit: int = 8) -> str:
+    return ", ".join(labels[:limit]) + (", …" if len(labels) > limit else "")

@@ -1,0 +1,1 @@
+"""What commands stand on: folders, workers, pieces on disk, interruptions, exit codes."""
