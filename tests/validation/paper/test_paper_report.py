@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from tests.validation.command_line import call
-from tests.validation.test_report import XML_NAMESPACES, Tags, text_of
+from tests.validation.crosscheck.test_report import XML_NAMESPACES, Tags, text_of
 from validation.errors import CommandError
 from validation.paper import PaperStudy, RowVerdict, Verdict, paper_study
 from validation.paper import options as paper_input

@@ -26,7 +26,7 @@ from mbs_models.model.parameters import Drivetrain
 from mbs_models.system.drivetrain import build_drivetrain
 from mbs_models.system.linearization import linearize
 from mbs_models.system.read_back import components
-from tests.mbs_models.test_involute_mesh import pair_drivetrain
+from tests.mbs_models.contact.test_involute_mesh import pair_drivetrain
 from tests.mbs_models.transient_runs import by
 
 CONSTANT = 1e-6  # of the force: a dynamic factor of 1.000000

@@ -252,7 +252,7 @@ from mbs_models.excitation import Excitation
 from mbs_models.integration.integrators import RK44, Integrator
 from mbs_models.signals.lines import BandNoise
 from mbs_models.time_integration import simulate
-from tests.mbs_models.test_run_store import SUN, system
+from tests.mbs_models.integration.test_run_store import SUN, system
 
 def resident():
     lines = Path("/proc/self/status").read_text().splitlines()
