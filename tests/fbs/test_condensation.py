@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from fbs_systems import hub_system, random_system, scaled_error, spring_matrices, unit
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -23,6 +22,7 @@ from fbs.condensation import (
     condense_dynamic_stiffness,
     condense_free,
 )
+from tests.fbs.fbs_systems import hub_system, random_system, scaled_error, spring_matrices, unit
 
 AXIS = frequency_axis(100, 4000, 20)
 

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from fbs_systems import random_system, scaled_error, unit
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -21,6 +20,7 @@ from fbs import (
     direct_frf,
     frequency_axis,
 )
+from tests.fbs.fbs_systems import random_system, scaled_error, unit
 
 AXIS = frequency_axis(100, 4000, 20)
 

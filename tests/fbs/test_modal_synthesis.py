@@ -5,14 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.linalg
-from fbs_systems import (
-    HUB_MASS,
-    HUB_STIFFNESS,
-    hub_system,
-    long_double_frf,
-    random_system,
-    scaled_error,
-)
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
@@ -30,6 +22,14 @@ from fbs import (
     modal_frf,
     poles,
     real_modes,
+)
+from tests.fbs.fbs_systems import (
+    HUB_MASS,
+    HUB_STIFFNESS,
+    hub_system,
+    long_double_frf,
+    random_system,
+    scaled_error,
 )
 
 AXIS = frequency_axis(1, 15000, 1)

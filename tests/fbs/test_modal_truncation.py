@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from fbs_systems import hub_system, random_system, scaled_error
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -23,6 +22,7 @@ from fbs import (
 )
 from fbs.damped_modes import rayleigh_coefficients
 from mbs_models.model.model_file import load
+from tests.fbs.fbs_systems import hub_system, random_system, scaled_error
 from validation.checks import metrics
 from validation.routes import equations
 

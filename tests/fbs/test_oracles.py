@@ -10,9 +10,9 @@ import os
 
 import numpy as np
 import pytest
-from fbs_systems import random_system, scaled_error
 
 from fbs import Joint, couple, direct_frf, frequency_axis, modal_frf, real_modes
+from tests.fbs.fbs_systems import random_system, scaled_error
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 pytestmark = pytest.mark.oracle

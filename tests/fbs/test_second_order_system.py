@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from fbs_systems import hub_system, long_double_frf, random_system, scaled_error
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -20,6 +19,7 @@ from fbs import (
     frequency_axis,
     real_modes,
 )
+from tests.fbs.fbs_systems import hub_system, long_double_frf, random_system, scaled_error
 
 
 def one_dof(m=2.0, c=0.0, k=8e6):

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from fbs_systems import hub_system, long_double_frf, random_system, scaled_error
 
 from fbs import (
     FbsError,
@@ -19,6 +18,7 @@ from fbs import (
     synthesize,
 )
 from fbs.synthesis import costs
+from tests.fbs.fbs_systems import hub_system, long_double_frf, random_system, scaled_error
 
 AXIS = frequency_axis(20, 4000, 20)
 DAMPING = {

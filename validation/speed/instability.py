@@ -1,6 +1,6 @@
 """Parametric instability over the speed range, and which tongue each unstable range is.
 
-Floquet multipliers say where motions grow; to first order in the variation (`validation.routes.floquet`)
+Floquet multipliers say where motions grow; to first order in the variation (`routes.floquet`)
 harmonic l of a mesh frequency makes modes p and q unstable around l f_mesh = f_p + f_q.
 """
 

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from fbs_systems import hub_system, random_system, scaled_error
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from fbs import Frf, Joint, couple, direct_frf, frequency_axis, modal_frf, real_modes, schur_frf
@@ -14,6 +13,7 @@ from fbs._kernels.blocks import cores, each, stretches
 from fbs._kernels.finite import RUN, square_sum, surely_finite
 from fbs._kernels.weighted_sum import LINES, TERMS, WeightedSum
 from fbs.errors import NonFiniteError
+from tests.fbs.fbs_systems import hub_system, random_system, scaled_error
 
 DAMPING = {
     "undamped": lambda rng: 0.0,

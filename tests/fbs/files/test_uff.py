@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 import pyuff
-from fbs_systems import random_system
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fbs import FbsError, Frf, Joint, couple, direct_frf, frequency_axis
 from fbs.files.uff import UffError, read_uff, write_uff
+from tests.fbs.fbs_systems import random_system
 
 AXIS = frequency_axis(0, 50, 0.1)
 RESPONSES = ("planetary.planet2.u", "coupling.w", "reducer.pinion.rho")

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from fbs_systems import random_system, scaled_error, spring_matrices, unit
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -24,6 +23,7 @@ from fbs import (
 )
 from fbs.interface_synthesis import interface_frf
 from fbs.large.chain import BLOCK, couple_chain
+from tests.fbs.fbs_systems import random_system, scaled_error, spring_matrices, unit
 
 AXIS = frequency_axis(100, 4000, 20)
 EPS = float(np.finfo(float).eps)

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from fbs_systems import hub_system, random_system, scaled_error
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import sparse
@@ -27,6 +26,7 @@ from fbs.coupling import Joint
 from fbs.large.chain import couple_chain
 from fbs.large.krylov import ReductionError, reduced_frf
 from fbs.large.sparse_system import SparseSystem, sparse_frf
+from tests.fbs.fbs_systems import hub_system, random_system, scaled_error
 
 AXIS = frequency_axis(10, 3000, 5)
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import scipy.linalg
 import scipy.signal
-from fbs_systems import random_system, scaled_error
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -27,6 +26,7 @@ from fbs import (
     impulse_frf,
     periodic_frf,
 )
+from tests.fbs.fbs_systems import random_system, scaled_error
 
 FS, N = 16384, 4096  # lines every 4 Hz
 BAND = frequency_axis(20, 6000, 4)

@@ -248,10 +248,10 @@ def test_fingerprints_are_of_contents_alone() -> None:
 GROWTH = """
 import sys, tempfile
 from pathlib import Path
-from mbs_models.excitation import Excitation
+from mbs_models.model.excitation import Excitation
 from mbs_models.integration.integrators import RK44, Integrator
 from mbs_models.signals.lines import BandNoise
-from mbs_models.time_integration import simulate
+from mbs_models.integration.time_integration import simulate
 from tests.mbs_models.integration.test_run_store import SUN, system
 
 def resident():
