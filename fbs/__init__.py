@@ -44,7 +44,8 @@ from .errors import (
     SingularLineError,
     UnknownDofError,
 )
-from .files.uff import UffError, read_uff, write_uff
+from .files.uff import read_uff, write_uff
+from .files.universal import UffError
 from .frf import Frf, Quantity, frequency_axis
 from .large.chain import couple_chain
 from .large.krylov import ReducedFrf, ReductionError, reduced_frf

@@ -20,7 +20,16 @@ from numpy.typing import NDArray
 
 from ..errors import FbsError
 from ..frf import Frf, Quantity, as_quantity
-from .measurement import Candidate, Contents, Given, Measured, Measurement, Pair, take
+from .measurement import (
+    AS_STATED,
+    Candidate,
+    Contents,
+    Given,
+    Measured,
+    Measurement,
+    Pair,
+    take,
+)
 from .stated_units import frequency_factor, frf_unit
 from .tables import Table, read_table, write_table
 from .uff import UNITS, Channel, uff_contents, write_uff_to
@@ -40,7 +49,7 @@ MORE = ("quantity", "unit", "coherence")
 
 def read_frf(
     path: str | os.PathLike[str],
-    given: Given = Given(),  # noqa: B008  # frozen
+    given: Given = AS_STATED,
     responses: Sequence[str] | None = None,
     excitations: Sequence[str] | None = None,
 ) -> Measurement:
@@ -68,7 +77,7 @@ def read_frf(
         raise _named(error, source) from error
 
 
-def frf_contents(path: Path, given: Given = Given()) -> Contents:  # noqa: B008  # frozen
+def frf_contents(path: Path, given: Given = AS_STATED) -> Contents:
     """Return what FRFs a file holds, none of them brought to SI yet.
 
     Raises
@@ -193,7 +202,7 @@ class Column:
         )
         angle, moment = (stated.angle, stated.moment)
         note = stated.note if self.unit else ""
-        values = np.asarray(self.values, dtype=complex) * stated.factor
+        values = np.asarray(self.values * stated.factor, dtype=np.complex128)
         return Measured(
             self.response, self.excitation, self.quantity, self.frequency, values, angle, moment,
             note,

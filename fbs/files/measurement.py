@@ -39,6 +39,10 @@ class Given:
     run: int | None = None
 
 
+AS_STATED = Given()
+"""The file says it all."""
+
+
 @dataclass(frozen=True, eq=False)
 class Measured:
     """One FRF: values (nf,), m or rad per N or N m, as `angle` and `moment` say."""

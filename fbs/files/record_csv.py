@@ -178,20 +178,20 @@ def record_of(
         mixed = ", ".join(f"{label} (as {quantity})" for label, quantity in quantities.items())
         raise FbsError(f"displacements, velocities and accelerations are mixed: {mixed}")
     quantity = next(q for q in quantities.values() if q is not None)
-    arrays = [np.column_stack([c.samples for c in group]) for group in (inputs, outputs)]
-    labels = [tuple(c.label for c in group) for group in (inputs, outputs)]
+    u, y = (np.column_stack([c.samples for c in group]) for group in (inputs, outputs))
+    excitations, responses = (tuple(c.label for c in group) for group in (inputs, outputs))
     if time is None:
         if rate is None:
             raise FbsError("its sampling frequency is not stated")
-        return Record(rate, *arrays, *labels, quantity)
-    record = Record.from_time(time, *arrays, *labels, quantity)
+        return Record(rate, u, y, excitations, responses, quantity)
+    record = Record.from_time(time, u, y, excitations, responses, quantity)
     if rate is None:
         return record
     if not abs(rate - record.sampling_frequency) <= 1e-3 * rate / record.n_sample:
         raise FbsError(
             f"its first lines say {rate:.10g} Hz, its times {record.sampling_frequency:.10g} Hz"
         )
-    return Record(rate, *arrays, *labels, quantity)
+    return Record(rate, u, y, excitations, responses, quantity)
 
 
 def _remarks(table: Table) -> tuple[float | None, dict[str, Any]]:

@@ -205,6 +205,14 @@ def frequency_factor(label: str, name: str) -> float:
     return unit.factor / (2 * math.pi) if unit.dimension == turns else unit.factor
 
 
+def states_ratio(axes: tuple[Axis, Axis], quantity: Quantity) -> bool:
+    """Whether labels state motion and force: both, or the ordinate their ratio."""
+    if is_nothing(axes[0].unit):
+        return False
+    motions = [motion_dimension(angle, quantity) for angle in (False, True)]
+    return not is_nothing(axes[1].unit) or read_unit(axes[0].unit, motions) is None
+
+
 # --- parts -------------------------------------------------------------------------------------
 
 
@@ -234,7 +242,7 @@ def _motions() -> list[Dimension]:
 
 
 def _tops(quantity: Quantity) -> list[Dimension]:
-    ratios = [ratio_dimension(kind, quantity) for kind in product((False, True), repeat=2)]
+    ratios = [ratio_dimension((a, m), quantity) for a in (False, True) for m in (False, True)]
     return [*(motion_dimension(angle, quantity) for angle in (False, True)), *ratios]
 
 

@@ -23,9 +23,9 @@ import numpy as np
 
 from .._kernels.checks import FloatArray
 from ..errors import FbsError
-from ..frf import Frf, Quantity, frequency_axis
-from .measurement import Candidate, Contents, Given, Measured, few, take
-from .stated_units import frequency_factor, frf_unit, unit_system
+from ..frf import Frf, Quantity, as_quantity, frequency_axis
+from .measurement import AS_STATED, Candidate, Contents, Given, Measured, few, take
+from .stated_units import frequency_factor, frf_unit, states_ratio, unit_system
 from .universal import (
     COHERENCE,
     EVEN,
@@ -187,7 +187,8 @@ def read_uff(
     OSError
     """
     source = Path(path)
-    given = Given(quantity and Quantity(quantity), (unit,) if unit else (), run)
+    known = None if quantity is None else as_quantity(quantity)
+    given = Given(known, (unit,) if unit else (), run)
     try:
         contents = uff_contents(read_universal(source), given)
         _require_matrix(contents, run)
@@ -307,7 +308,7 @@ def _even_axis(first: float, step: float, count: int) -> FloatArray:
 # --- reading -----------------------------------------------------------------------------------
 
 
-def uff_contents(file: Universal, given: Given = Given()) -> Contents:  # noqa: B008  # frozen
+def uff_contents(file: Universal, given: Given = AS_STATED) -> Contents:
     """Return the FRFs of a universal file, its coherences, and what else it holds.
 
     Raises
@@ -316,22 +317,22 @@ def uff_contents(file: Universal, given: Given = Given()) -> Contents:  # noqa: 
         It holds no FRF, or several unit systems.
     """
     system = unit_system(file.units)
-    candidates, others = [], {}
+    candidates: list[Candidate] = []
+    others: dict[str, list[str]] = {}
     coherences: dict[tuple[str, str], list[FloatArray]] = {}
     for f in file.functions:
-        if f.kind == FRF and (reason := _foreign(f)) is None:
+        other = _foreign(f) if f.kind == FRF else FUNCTION_TYPES.get(f.kind, f"type {f.kind}")
+        if other is None:
             candidates.append(_candidate(f, system, given))
         elif f.kind in (COHERENCE, MULTIPLE_COHERENCE):
             pair = (dof_label(f, "response")[0], dof_label(f, "reference")[0])
             coherences.setdefault(pair, []).append(np.asarray(f.values.real, dtype=float))
         else:
-            words = reason if f.kind == FRF else FUNCTION_TYPES.get(f.kind, f"type {f.kind}")
-            others.setdefault(words, []).append(dof_label(f, "response")[0])
+            others.setdefault(other, []).append(dof_label(f, "response")[0])
     if not candidates:
         there = "; ".join(f"{words} of {few(labels)}" for words, labels in others.items())
         raise UffError(
-            f"no FRF (dataset 58, function type 4) of motion per force inside; {file}"
-            + (f": {there}" if there else "")
+            f"no FRF (dataset 58, function type 4) inside; {file}" + (f": {there}" if there else "")
         )
     listed = [f"{len(labels)} {words} ({few(labels)})" for words, labels in others.items()]
     return Contents(tuple(candidates), coherences, tuple(listed))
@@ -403,16 +404,13 @@ def _quantity(f: Function, given: Given, name: str) -> Quantity:
     hint = "say what it is by its quantity and unit (--quantity accelerance --unit m/s^2/N)"
     if above not in (*GENERAL, *DATA_TYPES) or below not in (*GENERAL, FORCE):
         raise UffError(f"{name} is data type {above} per {below}; known are {known} per {FORCE}")
-    if given.quantity is None or not (given.units or _states_a_ratio(f)):
+    ratio = given.quantity and states_ratio((f.ordinate, f.denominator), given.quantity)
+    if given.quantity is None or not (given.units or ratio):
         raise UffError(
             f"{name} is data type {above} per {below}, which does not say what it is (known are "
             f"{known} per {FORCE}); {hint}"
         )
     return given.quantity
-
-
-def _states_a_ratio(f: Function) -> bool:
-    return "/" in f.ordinate.unit
 
 
 def _axis(f: Function, name: str) -> FloatArray:

@@ -137,7 +137,7 @@ PREFIXED: Mapping[str, tuple[float, Dimension]] = {
     "Hz": (1.0, times(NUMBER, TIME, -1)),
 }
 NAMES: Mapping[str, tuple[tuple[float, Dimension], ...]] = {
-    name: meanings
+    name: tuple(meanings)
     for names, *meanings in (
         ("metre metres meter meters", (1.0, LENGTH)),
         ("in inch inches", (INCH, LENGTH)),

@@ -147,7 +147,9 @@ def read_universal(path: str | Path) -> Universal:
         As for `untrusted.open_plain`.
     """
     content = read_plain(path)
-    functions, units, types = [], [], []
+    functions: list[Function] = []
+    units: list[UnitSystem] = []
+    types: list[int] = []
     at = 0
     while (start := _begin(content, at)) is not None:
         number = len(types) + 1

@@ -6,14 +6,27 @@ import sys
 
 import numpy as np
 
-from .universal import COMPLEX, DOUBLE, EVEN, LINE, NAME, UNEVEN, Axis, End, Function, UffError
-from .universal import UnitSystem as UnitSystem
+from .universal import (
+    COMPLEX,
+    EVEN,
+    LINE,
+    NAME,
+    UNEVEN,
+    Axis,
+    End,
+    Function,
+    UffError,
+    UnitSystem,
+)
 
 ASCII, BINARY = "ascii", "binary"
 HEADER_LINES = 11
 
 
-def unit_system_text(units: UnitSystem = UnitSystem()) -> bytes:  # noqa: B008  # frozen
+SI = UnitSystem()
+
+
+def unit_system_text(units: UnitSystem = SI) -> bytes:
     """Return a dataset 164."""
     factors = "".join(f"{value:25.17E}".replace("E", "D") for value in (units.length, units.force))
     text = (
@@ -114,13 +127,3 @@ def _numbers(table: np.ndarray, spacing: int, ordinate: int) -> bytes:
         rest = table[whole:]
         text += "".join(value) * len(rest) % tuple(rest.ravel().tolist()) + "\n"
     return text.encode("ascii")
-
-
-__all__ = [
-    "ASCII",
-    "BINARY",
-    "DOUBLE",
-    "function_text",
-    "six_digits",
-    "unit_system_text",
-]

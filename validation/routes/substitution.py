@@ -117,7 +117,7 @@ def _replacement(
 ) -> Replacement:
     interface = interface_labels(drivetrain, part)
     system = EQUATIONS.stage(drivetrain, part)
-    frf = frf_input.read(path)
+    frf = frf_input.read(path).frf
     _refuse_other_parts(drivetrain, part, path, frf)
     _refuse_missing_interface(part, path, frf, interface)
     rows, columns = (
