@@ -179,7 +179,7 @@ def frf(
         str, typer.Option(help="receptance, mobility or accelerance.")
     ] = "receptance",
     output: Annotated[
-        Path | None, typer.Option(help="A file: .npz, .csv, .uff, .png, .svg or .pdf.")
+        Path | None, typer.Option(help="A file: .npz, .csv, .uff, .mat, .png, .svg or .pdf.")
     ] = None,
 ) -> None:
     """FRFs between DoFs, drawn on the screen or written to a file."""
@@ -210,7 +210,9 @@ def frf(
         frf_output.show(result)
     else:
         subject = drivetrain.name if stage is None else f"{drivetrain.name}: {stage} alone"
-        frf_output.write(result, output, title=f"{subject} ({route})")
+        from .inspection.nodes import dof_channels
+
+        frf_output.write(result, output, f"{subject} ({route})", dof_channels(drivetrain))
 
 
 @app.command()

@@ -18,6 +18,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from .._kernels.checks import unique_labels
 from ..errors import FbsError
 from ..frf import Frf, Quantity, as_quantity
 from .measurement import (
@@ -137,7 +138,7 @@ def array_contents(arrays: Mapping[str, NDArray[Any]], given: Given) -> Contents
     """
     axis = np.atleast_1d(np.asarray(arrays["frequency"], dtype=float).squeeze())
     labels = [
-        tuple(str(label) for label in np.ravel(arrays[name]))
+        unique_labels(map(str, np.ravel(arrays[name]).tolist()), f"the {name}")
         for name in ("responses", "excitations")
     ]
     values = np.asarray(arrays["values"])

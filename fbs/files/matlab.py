@@ -91,8 +91,8 @@ def read_mat(path: Path, needed: Kinds, more: Iterable[str] = ()) -> Arrays:
 def _read_v5(path: Path, names: list[str]) -> Arrays:
     from scipy.io import loadmat
 
-    content = read_plain(path)
-    _require_sound(content)
+    content = read_plain(path, _order)
+    _require_sound(content, _order(content))
     try:
         found = loadmat(io.BytesIO(content), variable_names=names, chars_as_strings=True)
     except (ValueError, TypeError, NotImplementedError, EOFError, KeyError, IndexError) as error:
@@ -109,11 +109,16 @@ def _text_or_numbers(array: NDArray[Any], name: str) -> NDArray[Any]:
     return np.array([str(word[0]) if word.size else "" for word in words])
 
 
-def _require_sound(content: bytes) -> None:
-    """Refuse headers that claim more than there is."""
-    order = {b"IM": "<", b"MI": ">"}.get(content[126:128])
-    if len(content) < 128 or order is None or b"MATLAB" not in content[:128]:
+def _order(head: bytes) -> str:
+    """Return the byte order a file of version 5 states."""
+    order = {b"IM": "<", b"MI": ">"}.get(head[126:128])
+    if len(head) < 128 or order is None or b"MATLAB" not in head[:128]:
         raise FbsError("the file is damaged, or no MATLAB file")
+    return order
+
+
+def _require_sound(content: bytes, order: str) -> None:
+    """Refuse headers that claim more than there is."""
     total = 0
     at = 128
     while at < len(content):

@@ -63,9 +63,7 @@ def read_record_wav(path: Path, channels: Channels) -> tuple[Record, dict[str, A
     FbsError
         No WAV, cut short, a format that is not known, or channels nobody says the unit of.
     """
-    content = read_plain(path)
-    if content[:4] != b"RIFF" or content[8:12] != b"WAVE":
-        raise FbsError("the file is damaged, or no WAV")
+    content = read_plain(path, _require_wave)
     chunks = _chunks(content)
     if b"fmt " not in chunks or b"data" not in chunks or len(chunks[b"fmt "]) < 16:
         raise FbsError("the file is damaged: it has no format or no samples")
@@ -84,6 +82,11 @@ def read_record_wav(path: Path, channels: Channels) -> tuple[Record, dict[str, A
     ]
     notes = comment.get("metadata", {})
     return record_of(columns, None, rate), notes if isinstance(notes, dict) else {}
+
+
+def _require_wave(head: bytes) -> None:
+    if head[:4] != b"RIFF" or head[8:12] != b"WAVE":
+        raise FbsError("the file is damaged, or no WAV")
 
 
 def _stated(named: Any) -> dict[str, tuple[str, str]]:

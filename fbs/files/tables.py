@@ -55,7 +55,7 @@ def read_table(path: Path) -> Table:
     OSError
         As for `untrusted.open_plain`.
     """
-    text = io.StringIO(_decoded(read_plain(path)))
+    text = io.StringIO(_decoded(read_plain(path, _require_text)))
     remarks = []
     line = text.readline(LONGEST_LINE)
     while line.startswith("#") or (line and not line.strip()):
@@ -78,10 +78,13 @@ def read_table(path: Path) -> Table:
     return Table(tuple(remarks), tuple(names), tuple(u.strip("()[] ") for u in units), values)
 
 
+def _require_text(head: bytes) -> None:
+    if b"\0" in head:
+        raise FbsError("it is no text file")
+
+
 def _decoded(content: bytes) -> str:
     """Return text in UTF-8, or else in Latin-1 as old programs write it."""
-    if b"\0" in content[:4096]:
-        raise FbsError("it is no text file")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -99,12 +102,12 @@ def _is_number(text: str) -> bool:
 
 
 def _numbers(body: str, separator: str, n_column: int) -> NDArray[np.float64]:
+    if not body.strip():
+        raise FbsError("there are no rows below the header")
     try:
         values = np.loadtxt(io.StringIO(body), delimiter=separator, ndmin=2, comments=None)
     except ValueError as error:
         raise FbsError(f"below the header: {str(error).splitlines()[0]}") from error
-    if not values.size:
-        raise FbsError("there are no rows below the header")
     if values.shape[1] != n_column:
         raise FbsError(f"the header has {n_column} columns, the rows have {values.shape[1]}")
     return values

@@ -146,7 +146,7 @@ def read_universal(path: str | Path) -> Universal:
     FbsError, OSError
         As for `untrusted.open_plain`.
     """
-    content = read_plain(path)
+    content = read_plain(path, _require_text)
     functions: list[Function] = []
     units: list[UnitSystem] = []
     types: list[int] = []
@@ -165,6 +165,14 @@ def read_universal(path: str | Path) -> Universal:
                 units.append(_unit_system(content[at : end.start()], number))
             at = end.end()
     return Universal(tuple(functions), tuple(units), tuple(types))
+
+
+def _require_text(head: bytes) -> None:
+    """Refuse what begins with no dataset, however long it is."""
+    if head.strip(b" \t\r\n") and _begin(head, 0) is None:
+        raise UffError(
+            "it is no universal file: there are no datasets at all (no line of -1 begins one)"
+        )
 
 
 def _begin(content: bytes, at: int) -> int | None:

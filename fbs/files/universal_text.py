@@ -61,7 +61,6 @@ def function_text(function: Function, form: str = ASCII) -> bytes:
         body = np.ascontiguousarray(table, dtype=float).tobytes()
         first = f"{58:6d}b{order:6d}{2:6d}{HEADER_LINES:12d}{len(body):12d}"
         first += f"{0:6d}{0:6d}{0:12d}{0:12d}"
-        body += b"\n"
     return f"{-1:6d}\n{first}\n{header}".encode() + body + f"{-1:6d}\n".encode("ascii")
 
 

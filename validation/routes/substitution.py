@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from fbs import AxisMismatchError, Frf, direct_frf
 from fbs.frf import require_same_frequency
+from mbs_models.model.dof_radii import dof_radii
 from mbs_models.model.parameters import Drivetrain
 
 from ..errors import CommandError, require_frequencies
@@ -117,7 +118,7 @@ def _replacement(
 ) -> Replacement:
     interface = interface_labels(drivetrain, part)
     system = EQUATIONS.stage(drivetrain, part)
-    frf = frf_input.read(path).frf
+    frf = frf_input.read(path, radii=dof_radii(drivetrain)).frf
     _refuse_other_parts(drivetrain, part, path, frf)
     _refuse_missing_interface(part, path, frf, interface)
     rows, columns = (

@@ -317,7 +317,7 @@ def test_not_a_number_is_refused(tmp_path):
         ),
         (lambda text: text.replace("e-01", "x-01"), "dataset number 1"),
         (lambda text: "", "no FRF"),
-        (lambda text: "frequency,real,imag\n1,2,3\n", "no FRF"),
+        (lambda text: "frequency,real,imag\n1,2,3\n", "no universal file"),
     ],
 )
 def test_damaged_files_are_refused(tmp_path, damage, message):
