@@ -10,9 +10,13 @@ from typing import Annotated
 import typer
 
 from .cli_options import (
+    Channels,
     Checked,
     Df,
     Executor,
+    FileQuantity,
+    FileRun,
+    FileUnit,
     Fmax,
     Fmin,
     FrfExcitations,
@@ -402,6 +406,54 @@ def speed(
     )
     if not run_command(options).agrees:
         raise typer.Exit(1)
+
+
+@app.command()
+def inspect(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Of FRFs or records.")],
+    model: Annotated[str | None, typer.Option(help="A model whose DoFs the map is for.")] = None,
+    quantity: FileQuantity = None,
+    unit: FileUnit = None,
+    run: FileRun = None,
+    channel: Channels = None,
+) -> None:
+    """Say what a file of FRFs or records holds, how good it is, and print a map to start from."""
+    from .inspection.measured_file import channel_options, inspection
+    from .routes.frf_input import file_options
+
+    options, channels = file_options(quantity, unit, run), channel_options(channel or ())
+    if model is not None:
+        from mbs_models.model.model_file import load
+    drivetrain = None if model is None else load(model)
+    print("\n".join(inspection(file, options, channels, drivetrain)))
+
+
+@app.command()
+def estimate(
+    records: Annotated[list[Path], typer.Argument(metavar="RECORDS", help="Files of records.")],
+    output: Annotated[Path, typer.Option(help="A file: .uff, .npz, .mat or .csv.")],
+    method: Annotated[str, typer.Option(help="H1, H2 or Hv.")] = "H1",
+    signal: Annotated[
+        str | None, typer.Option(help="hammer or noise (default: as the force looks).")
+    ] = None,
+    fmin: Fmin = None,
+    fmax: Fmax = None,
+    df: Df = None,
+    decay: Annotated[float, typer.Option(help="Of an exponential window over blows, 1/s.")] = 0.0,
+    channel: Channels = None,
+) -> None:
+    """Turn records of hammer or shaker tests into FRFs with coherence."""
+    from .errors import require_frequencies
+    from .inspection.estimate import estimated, read_all, require_target, summary, write
+    from .inspection.measured_file import channel_options
+
+    require_frequencies(fmin=fmin, fmax=fmax, df=df)
+    require_target(output)
+    found = estimated(
+        read_all(records, channel_options(channel or ())), method, signal, df, decay, fmin, fmax
+    )
+    write(found, output)
+    print("\n".join(summary(found)))
 
 
 @app.command()

@@ -119,6 +119,28 @@ def read_record(
         raise type(error)(f"{source}: {words}") from error
 
 
+def read_records(
+    path: str | os.PathLike[str], channels: Channels | None = None
+) -> tuple[Record, ...]:
+    """Read all records of a file; a universal file may hold several of the same channels.
+
+    Raises
+    ------
+    FbsError, OSError
+        As for `read_record`.
+    """
+    source = Path(path)
+    if source.suffix.lower() not in (".uff", ".unv"):
+        return (read_record(source, channels)[0],)
+    from .uff_records import read_uff_records
+
+    try:
+        return tuple(read_uff_records(source)[0])
+    except FbsError as error:
+        words = str(error).removeprefix(f"{source}: ")
+        raise type(error)(f"{source}: {words}") from error
+
+
 def _arrays(record: Record, metadata: Metadata) -> dict[str, NDArray[Any]]:
     return {
         "sampling_frequency": np.array(record.sampling_frequency),

@@ -70,8 +70,25 @@ def read_uff_record(path: Path) -> tuple[Record, dict[str, Any]]:
     Raises
     ------
     UffError
-        No functions of time, no force or no motion among them, or channels of different steps,
-        lengths or quantities.
+        As for `read_uff_records`, or a channel that is there more than once.
+    """
+    records, notes = read_uff_records(path)
+    if len(records) > 1:
+        raise UffError(
+            f"the channel {records[0].excitations[0]!r} is there more than once: it holds "
+            f"{len(records)} records"
+        )
+    return records[0], notes
+
+
+def read_uff_records(path: Path) -> tuple[list[Record], dict[str, Any]]:
+    """Read all records of a universal file: one for every time its channels are there.
+
+    Raises
+    ------
+    UffError
+        No functions of time, no force or no motion among them, channels of different steps,
+        lengths or quantities, or of different number.
     """
     file = read_universal(path)
     channels = [f for f in file.functions if f.kind == TIME_RESPONSE]
@@ -79,7 +96,7 @@ def read_uff_record(path: Path) -> tuple[Record, dict[str, Any]]:
         raise UffError(f"no function of time (dataset 58, function type 1) inside; {file}")
     first = channels[0]
     system = unit_system(file.units)
-    columns: list[Column] = []
+    found: dict[tuple[str, bool], list[Column]] = {}
     for channel in channels:
         for what, one, other in (
             ("time steps", first.step, channel.step),
@@ -88,14 +105,19 @@ def read_uff_record(path: Path) -> tuple[Record, dict[str, Any]]:
             if one != other:
                 raise UffError(f"the channels have different {what}: {one}, {other}")
         column = _channel(channel, system)
-        if any(c.label == column.label and _same_group(c, column) for c in columns):
-            raise UffError(f"the channel {column.label!r} is there more than once")
-        columns.append(column)
-    return record_of(columns, None, _rate(_step(first))), _metadata(first)
-
-
-def _same_group(one: Column, other: Column) -> bool:
-    return (one.quantity is None) == (other.quantity is None)
+        found.setdefault((column.label, column.quantity is None), []).append(column)
+    counts = {label: len(columns) for (label, _), columns in found.items()}
+    if len(set(counts.values())) > 1:
+        raise UffError(
+            "its channels are there a different number of times: "
+            + ", ".join(f"{label} ({n})" for label, n in counts.items())
+        )
+    rate = _rate(_step(first))
+    records = [
+        record_of([columns[n] for columns in found.values()], None, rate)
+        for n in range(next(iter(counts.values())))
+    ]
+    return records, _metadata(first)
 
 
 def _functions(record: Record, notes: tuple[str, str, str]) -> Iterator[Function]:

@@ -85,7 +85,7 @@ def contents(path: Path, options: FileOptions) -> Contents:
     CommandError
         The ending is none, or the file holds no FRFs; the message starts with the path.
     """
-    with _naming(path):
+    with naming(path):
         return frf_contents(path, options.given)
 
 
@@ -114,7 +114,7 @@ def read(
         The file holds no FRFs between these DoFs, or contradicts itself; the message starts with
         the path.
     """
-    with _naming(path):
+    with naming(path):
         return _measurement(frf_contents(path, options.given), wanted, radii or {}, options)
 
 
@@ -153,7 +153,7 @@ def _require_some(found: Contents, wanted: Sequence[str]) -> None:
         )
 
 
-class _naming:
+class naming:
     """Let what goes wrong in a file start with its path, once."""
 
     def __init__(self, path: Path) -> None:
