@@ -14,6 +14,7 @@ from .cli_options import (
     Checked,
     Df,
     Executor,
+    FileMap,
     FileQuantity,
     FileRun,
     FileUnit,
@@ -72,10 +73,14 @@ def run(
         list[str] | None,
         typer.Option(
             metavar="PART=FILE",
-            help="A stage or inertia whose FRFs come from a file (.npz, .uff); may be repeated. "
-            "The lines are the file's.",
+            help="A stage or inertia whose FRFs come from a file (.uff, .npz, .mat, .csv); may be "
+            "repeated. The lines are the file's.",
         ),
     ] = None,
+    quantity: FileQuantity = None,
+    unit: FileUnit = None,
+    test_run: FileRun = None,
+    channel_map: FileMap = None,
     in_time: Annotated[
         bool | None,
         typer.Option(
@@ -92,13 +97,15 @@ def run(
     from .crosscheck.console import verdicts
     from .crosscheck.swap import in_words
     from .routes.bands import Band, band
+    from .routes.frf_input import file_options
     from .routes.memory import require_memory, run_bytes
     from .routes.substitution import read_replacements
     from .runtime.streams import progress_bars, warn
 
     drivetrain = load(model)
     n_dofs = len(label_inertias(drivetrain))
-    replaced = read_replacements(drivetrain, replace or (), fmin, fmax, df)
+    options = file_options(quantity, unit, test_run, channel_map)
+    replaced = read_replacements(drivetrain, replace or (), fmin, fmax, df, options)
     lines = Band.of(replaced[0].frf.frequency) if replaced else band(fmin, fmax, df, n_dofs**2)
     require_memory(lines, run_bytes(drivetrain), "the report's curves")
     if in_time is None:

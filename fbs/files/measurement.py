@@ -127,7 +127,7 @@ def take(
     excitations: Sequence[str] | None = None,
     run: int | None = None,
 ) -> Measurement:
-    """Take the complete block between the labels wanted, and list what is left out.
+    """Take the complete block between the labels wanted, and list what of them is left out.
 
     Parameters
     ----------
@@ -163,7 +163,7 @@ def take(
     runs = [
         [occurrences[r, e][number].measured() for e in columns for r in rows] for number in numbers
     ]
-    notes = [*contents.notes, *_left_out(contents, rows, columns, counts, n_runs)]
+    notes = [*contents.notes, *_left_out(contents, chosen, rows, columns, counts, n_runs)]
     return _measurement(contents, runs, (rows, columns), numbers, n_runs, notes)
 
 
@@ -279,6 +279,7 @@ def _coherence(
 
 def _left_out(
     contents: Contents,
+    chosen: Sequence[Candidate],
     rows: Sequence[str],
     columns: Sequence[str],
     counts: Mapping[Pair, int],
@@ -286,8 +287,8 @@ def _left_out(
 ) -> list[str]:
     notes = [f"left out: {words}" for words in contents.others]
     for what, labels, taken in (
-        ("responses", [c.response for c in contents.candidates], rows),
-        ("references", [c.excitation for c in contents.candidates], columns),
+        ("responses", [c.response for c in chosen], rows),
+        ("references", [c.excitation for c in chosen], columns),
     ):
         out = [label for label in dict.fromkeys(labels) if label not in taken]
         if out:

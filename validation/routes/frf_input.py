@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from fbs import FbsError
@@ -114,8 +114,24 @@ def read(
         The file holds no FRFs between these DoFs, or contradicts itself; the message starts with
         the path.
     """
+    return measured(path, contents(path, options), wanted, radii or {}, options)
+
+
+def measured(
+    path: Path,
+    found: Contents,
+    wanted: Sequence[str] | None,
+    radii: Mapping[str, float | None],
+    options: FileOptions,
+) -> Measurement:
+    """Take the FRFs between the DoFs wanted from what a file holds; see `read`."""
     with naming(path):
-        return _measurement(frf_contents(path, options.given), wanted, radii or {}, options)
+        return _measurement(found, wanted, radii, options)
+
+
+def labels(found: Contents) -> tuple[str, ...]:
+    """All labels of a file's FRFs."""
+    return tuple(dict.fromkeys(label for c in found.candidates for label in c.pair))
 
 
 def _measurement(
@@ -139,15 +155,21 @@ def _measurement(
             f"{few(wanted or ())}"
         )
     _require_some(found, [c for side in sides for c in channels_of(side)])
-    measured = take(found, channels_of(sides[0]), channels_of(sides[1]), options.given.run)
-    return mapped(measured, ChannelMap(*sides), radii.get)
+    block = take(found, channels_of(sides[0]), channels_of(sides[1]), options.given.run)
+    named = [c for side in sides for c in channels_of(side)]
+    rest = [label for label in labels(found) if label not in named]
+    found_dofs = mapped(block, ChannelMap(*sides), radii.get)
+    if not rest:
+        return found_dofs
+    return replace(
+        found_dofs, notes=(*found_dofs.notes, f"left out: channels not in the map ({few(rest)})")
+    )
 
 
 def _require_some(found: Contents, wanted: Sequence[str]) -> None:
-    labels = dict.fromkeys(label for c in found.candidates for label in c.pair)
-    if not set(labels) & set(wanted):
+    if not set(labels(found)) & set(wanted):
         raise FbsError(
-            f"none of its DoFs are wanted here: it has {few(list(labels))}, wanted are "
+            f"none of its DoFs are wanted here: it has {few(labels(found))}, wanted are "
             f"{few(wanted)}; a map says which is which (--map; crosscheck inspect prints one to "
             "start from)"
         )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from mbs_models.model.parameters import Drivetrain
 
 from ..errors import CommandError, require_frequencies
 from . import frf_input
+from .frf_input import NOTHING_SAID, FileOptions
 from .routes import EQUATIONS, coupling_joints, known_part
 from .substitution_checks import implausible, square_labels
 
@@ -59,6 +60,7 @@ def read_replacements(
     fmin: float | None = None,
     fmax: float | None = None,
     df: float | None = None,
+    options: FileOptions = NOTHING_SAID,
 ) -> tuple[Replacement, ...]:
     """Read the files of ``--replace PART=FILE``.
 
@@ -72,6 +74,8 @@ def read_replacements(
         Limits of the lines used (Hz; None: all of the file but 0 Hz).
     df
         A step that the lines must have (Hz; None: any).
+    options
+        What the user says of the files.
 
     Raises
     ------
@@ -80,7 +84,9 @@ def read_replacements(
     """
     require_frequencies(fmin=fmin, fmax=fmax, df=df)
     paths = _paths(drivetrain, given)
-    found = tuple(_replacement(drivetrain, part, path, fmin, fmax) for part, path in paths.items())
+    found = tuple(
+        _replacement(drivetrain, part, path, fmin, fmax, options) for part, path in paths.items()
+    )
     for other in found[1:]:
         _refuse_other_axis(found[0], other)
     if found and df is not None:
@@ -114,54 +120,57 @@ def _paths(drivetrain: Drivetrain, given: Sequence[str]) -> dict[str, Path]:
 
 
 def _replacement(
-    drivetrain: Drivetrain, part: str, path: Path, fmin: float | None, fmax: float | None
+    drivetrain: Drivetrain,
+    part: str,
+    path: Path,
+    fmin: float | None,
+    fmax: float | None,
+    options: FileOptions,
 ) -> Replacement:
     interface = interface_labels(drivetrain, part)
     system = EQUATIONS.stage(drivetrain, part)
-    frf = frf_input.read(path, radii=dof_radii(drivetrain)).frf
-    _refuse_other_parts(drivetrain, part, path, frf)
+    contents = frf_input.contents(path, options)
+    labels = frf_input.labels(contents)
+    if options.channel_map is None:
+        _refuse_other_parts(drivetrain, part, path, labels)
+    radii = dof_radii(drivetrain)
+    measured = frf_input.measured(path, contents, system.labels, radii, options)
+    frf = measured.frf
     _refuse_missing_interface(part, path, frf, interface)
-    rows, columns = (
-        [label for label in labels if label in system.labels]
-        for labels in (frf.responses, frf.excitations)
-    )
-    if not (rows and columns):
-        raise CommandError(
-            f"{path}: none of its DoFs belong to '{part}'; it has {_listing(frf.responses)}, "
-            f"'{part}' has {_listing(system.labels)}"
-        )
-    unknown = dict.fromkeys(x for x in frf.responses + frf.excitations if x not in system.labels)
+    unknown = () if options.channel_map else tuple(x for x in labels if x not in system.labels)
     lines = _lines(path, frf.frequency, fmin, fmax)
     static = frf.frequency[0] == 0.0 and (fmin is None or fmin <= 0.0)
-    known = frf.select(rows, columns).band(lines[0], lines[-1]).to("receptance")
+    known = frf.band(lines[0], lines[-1]).to("receptance")
     own = direct_frf(system, known.frequency, interface, interface) if interface else known
-    odd = [*_notes(static, unknown), *implausible(known, own, interface)]
+    odd = [*measured.notes, *_notes(static, unknown), *implausible(known, own, interface)]
     return Replacement(
         part=part,
         path=path,
         frf=known,
         interface=interface,
         left_out=tuple(x for x in system.labels if x not in square_labels(known)),
-        unknown=tuple(unknown),
+        unknown=unknown,
         warnings=tuple(f"{path} ('{part}'): {words}" for words in odd),
     )
 
 
-def _notes(static: bool, unknown: Mapping[str, None]) -> list[str]:
+def _notes(static: bool, unknown: Sequence[str]) -> list[str]:
     notes = []
     if static:
         notes.append("its line at 0 Hz is left out: what is free to move has no FRF there")
     if unknown:
-        notes.append(f"the model has no DoF {_listing(tuple(unknown))}: left out")
+        notes.append(f"the model has no DoF {_listing(unknown)}: left out")
     return notes
 
 
-def _refuse_other_parts(drivetrain: Drivetrain, part: str, path: Path, frf: Frf) -> None:
+def _refuse_other_parts(
+    drivetrain: Drivetrain, part: str, path: Path, labels: Sequence[str]
+) -> None:
     """FRFs of the whole drivetrain are no part's."""
     own = EQUATIONS.stage(drivetrain, part).labels
     for other in drivetrain.parts:
         theirs = EQUATIONS.stage(drivetrain, other.name).labels
-        strange = [x for x in frf.responses + frf.excitations if x in theirs and x not in own]
+        strange = [x for x in labels if x in theirs and x not in own]
         if other.name != part and strange:
             raise CommandError(
                 f"{path}: {strange[0]!r} belongs to '{other.name}', not to '{part}'; FRFs of "
