@@ -192,10 +192,7 @@ def in_lengths(measurement: Measurement, radius: Radius) -> Measurement:
         {label: Combination({label: 1.0}) for label in labels}
         for labels in (frf.responses, frf.excitations)
     )
-    turned = mapped(measurement, ChannelMap(rows, columns), radius)
-    rotations = sorted(measurement.angles | measurement.moments)
-    note = f"rotations (rad, N m) became w = r·θ by the model's radii: {few(rotations)}"
-    return replace(turned, notes=(*turned.notes, note))
+    return mapped(measurement, ChannelMap(rows, columns), radius)
 
 
 # --- parts -------------------------------------------------------------------------------------
