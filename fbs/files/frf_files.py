@@ -290,7 +290,9 @@ def _read_csv(path: Path, given: Given) -> Contents:
 
 def _hertz(table: Table) -> float:
     name = table.names[0]
-    match = re.fullmatch(r"\s*(?:freq\w*|f|hz)[ _]*(?:[(\[](?P<unit>.*)[)\]])?\s*", name, re.I)
+    match = re.fullmatch(
+        r"\s*(?:(?:freq|frequency|f)(?:_hz)?|hz)\s*(?:[(\[](?P<unit>.*)[)\]])?\s*", name, re.I
+    )
     if match is None:
         raise FbsError(f"its first column is {name!r}; it must be the frequency (frequency_hz)")
     return frequency_factor(match["unit"] or table.units[0], "its first column")

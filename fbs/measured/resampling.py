@@ -122,7 +122,8 @@ def _interpolated(axis: FloatArray, values: ComplexArray, wanted: FloatArray) ->
     size = np.abs(values).max(axis=0)
     scaled = values / np.where(size > 0, size, 1.0)
     supports, weights = _supports(axis, scaled)
-    return _evaluated(axis[supports], scaled[supports], weights, wanted) * size
+    found: ComplexArray = _evaluated(axis[supports], scaled[supports], weights, wanted) * size
+    return found
 
 
 def _supports(axis: FloatArray, values: ComplexArray) -> tuple[list[int], ComplexArray]:
