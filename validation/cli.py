@@ -81,6 +81,13 @@ def run(
     unit: FileUnit = None,
     test_run: FileRun = None,
     channel_map: FileMap = None,
+    resample: Annotated[
+        bool,
+        typer.Option(
+            "--resample",
+            help="Interpolate files whose lines differ to the first one's, or to --df.",
+        ),
+    ] = False,
     in_time: Annotated[
         bool | None,
         typer.Option(
@@ -104,7 +111,7 @@ def run(
 
     drivetrain = load(model)
     n_dofs = len(label_inertias(drivetrain))
-    options = file_options(quantity, unit, test_run, channel_map)
+    options = file_options(quantity, unit, test_run, channel_map, resample)
     replaced = read_replacements(drivetrain, replace or (), fmin, fmax, df, options)
     lines = Band.of(replaced[0].frf.frequency) if replaced else band(fmin, fmax, df, n_dofs**2)
     require_memory(lines, run_bytes(drivetrain), "the report's curves")

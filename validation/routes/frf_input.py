@@ -32,10 +32,13 @@ class FileOptions:
         Quantity, units and run, where the files do not say them.
     channel_map
         From their channels to the model's DoFs; None: their labels are the model's.
+    resample
+        Whether lines that differ are brought to common ones by rational interpolation.
     """
 
     given: Given = AS_STATED
     channel_map: ChannelMap | None = None
+    resample: bool = False
 
 
 NOTHING_SAID = FileOptions()
@@ -46,8 +49,9 @@ def file_options(
     unit: str | None = None,
     run: int | None = None,
     channel_map: str | None = None,
+    resample: bool = False,
 ) -> FileOptions:
-    """What ``--quantity``, ``--unit``, ``--run`` and ``--map`` say.
+    """What ``--quantity``, ``--unit``, ``--run``, ``--map`` and ``--resample`` say.
 
     Raises
     ------
@@ -61,7 +65,7 @@ def file_options(
     except FbsError as error:
         raise CommandError(f"--quantity = {quantity!r}: {error}") from error
     units = tuple(u.strip() for u in (unit or "").split(",") if u.strip())
-    return FileOptions(Given(known, units, run), _channel_map(channel_map))
+    return FileOptions(Given(known, units, run), _channel_map(channel_map), resample)
 
 
 def _channel_map(text: str | None) -> ChannelMap | None:

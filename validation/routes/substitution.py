@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fbs import AxisMismatchError, Frf, direct_frf
+from fbs import AxisMismatchError, FbsError, Frf, direct_frf
 from fbs.frf import require_same_frequency
+from fbs.measured.resampling import overlap, resample
 from mbs_models.model.dof_radii import dof_radii
 from mbs_models.model.parameters import Drivetrain
 
@@ -87,6 +88,8 @@ def read_replacements(
     found = tuple(
         _replacement(drivetrain, part, path, fmin, fmax, options) for part, path in paths.items()
     )
+    if found and options.resample:
+        return _on_common_lines(found, fmin, fmax, df)
     for other in found[1:]:
         _refuse_other_axis(found[0], other)
     if found and df is not None:
@@ -209,8 +212,44 @@ def _refuse_other_axis(first: Replacement, other: Replacement) -> None:
         )
     except AxisMismatchError as error:
         raise CommandError(
-            f"{error}; all files need the same lines (--fmin and --fmax cut them)"
+            f"{error}; {overlap(first.frf.frequency, other.frf.frequency)}; all files need the "
+            "same lines (--fmin and --fmax cut them, --resample interpolates)"
         ) from error
+
+
+def _on_common_lines(
+    found: Sequence[Replacement], fmin: float | None, fmax: float | None, df: float | None
+) -> tuple[Replacement, ...]:
+    """Interpolate to the first file's lines, or to a step, within what all files have."""
+    low = max(one.frf.frequency[0] for one in found)
+    high = min(one.frf.frequency[-1] for one in found)
+    if df is None:
+        own = found[0].frf.frequency
+        lines = own[(own >= low) & (own <= high)]
+    else:
+        first, last = np.ceil(low / df * (1 - SAME_STEP)), np.floor(high / df * (1 + SAME_STEP))
+        lines = df * np.arange(first, last + 1)
+    if not lines.size:
+        raise CommandError(
+            f"{found[-1].path}: no line from {low:g} to {high:g} Hz, which is all that the files "
+            "have in common"
+        )
+    return tuple(_resampled(one, lines) for one in found)
+
+
+def _resampled(one: Replacement, lines: FloatArray) -> Replacement:
+    if np.array_equal(one.frf.frequency, lines):
+        return one
+    try:
+        new = resample(one.frf, lines)
+    except FbsError as error:
+        raise CommandError(f"{one.path}: {error}") from error
+    worst = int(np.argmax(new.error))
+    note = (
+        f"{one.path} ('{one.part}'): interpolated to {lines.size} lines, with an error of up to "
+        f"{new.error[worst]:.2g} of the FRFs' peaks at {lines[worst]:g} Hz"
+    )
+    return replace(one, frf=new.frf, warnings=(*one.warnings, note))
 
 
 def _refuse_other_step(replacement: Replacement, df: float) -> None:
@@ -218,7 +257,7 @@ def _refuse_other_step(replacement: Replacement, df: float) -> None:
     if not np.all(np.abs(steps - df) <= SAME_STEP * df):
         raise CommandError(
             f"--df = {df:g}: the lines are those of {replacement.path}, {steps.min():.6g} to "
-            f"{steps.max():.6g} Hz apart; leave --df out with --replace"
+            f"{steps.max():.6g} Hz apart; leave --df out with --replace, or give --resample"
         )
 
 

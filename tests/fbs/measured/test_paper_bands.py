@@ -29,6 +29,8 @@ def test_95_percent_bands_hold_93_to_97_percent_of_the_repetitions() -> None:
         part.name: synthesize(multibody.stage_system(drivetrain, part.name), axis).frf
         for part in drivetrain.parts
     }
+    few = [label for label in stages["planetary"].responses if label in WANTED]
+    stages["planetary"] = stages["planetary"].select(few, few)  # others' errors reach none of them
     joints = [j for c in drivetrain.couplings for j in coupling_joints(drivetrain, c)]
     errors = Scatter.relative(stages["planetary"], 0.02, np.deg2rad(2.0))
     found = coupled_uncertainty(stages, joints, "planetary", errors, WANTED, WANTED)
