@@ -286,24 +286,25 @@ def sweep(
     ] = False,
 ) -> None:
     """Vary parameters: an FRF and natural frequencies, as table and report; goes on if stopped."""
-    from mbs_models.model.model_file import load
+    from .sweep.command import run_command
 
-    from .runtime.executors import check as check_executor
-    from .sweep.parameters import design
-
-    check_executor(executor, workers)
-    drivetrain = load(model)
-    samples_of = design(drivetrain, vary or (), samples, seed, sampling)
-    from .routes.bands import band
-    from .routes.memory import BYTES_PER_SWEPT_LINE, require_memory
-    from .sweep.command import carry_out
-    from .sweep.run import dof_pair, task
-
-    lines, pair = band(fmin, fmax, df), dof_pair(response, excitation)
-    if pair is not None:
-        require_memory(lines, BYTES_PER_SWEPT_LINE, "the sweep's FRF")
-    todo = task(drivetrain, samples_of, lines, pair, n_modes, route, metric or (), streamed=stream)
-    carry_out(drivetrain, todo, samples_of, out, workers, executor, streamed=stream)
+    run_command(
+        model,
+        out,
+        vary=vary or (),
+        response=response,
+        excitation=excitation,
+        metrics=metric or (),
+        limits=(fmin, fmax, df),
+        n_modes=n_modes,
+        route=route,
+        samples=samples,
+        sampling=sampling,
+        seed=seed,
+        workers=workers,
+        executor=executor,
+        stream=stream,
+    )
 
 
 @app.command()

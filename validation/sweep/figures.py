@@ -9,8 +9,8 @@ from io import StringIO
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from ..arrays import FloatArray, IndexArray
 from ..report.style import (
     BLUE,
     INK,
@@ -23,12 +23,10 @@ from ..report.style import (
     svg,
 )
 from .axes import constant_limits, logarithmic, metric_axis, parameter_axis, varying
-from .grid_figures import Rows, draw_frfs, draw_metrics
+from .grid_figures import LEVEL, Rows, draw_frfs, draw_metrics
 from .metrics import decibels
-from .output import Sweep
+from .result import SweepResult
 from .sensitivity import Sensitivity, is_slope, sensitivities
-
-FloatArray = NDArray[np.float64]
 
 PERCENTILES = (5, 25, 50, 75, 95)
 LINES_AT_ONCE = 512  # one page of a file holds as many
@@ -37,7 +35,7 @@ NEGLIGIBLE = 1e-6  # not worth a bar: round-off is far below
 
 
 @dataclass(frozen=True)
-class Picture:
+class SweepPicture:
     """A picture of a sweep.
 
     Attributes
@@ -54,21 +52,26 @@ class Picture:
     text: str
     inline: str
 
+    @property
+    def name(self) -> str:
+        """The file's, without its ending."""
+        return self.file.removesuffix(".svg")
 
-def pictures(sweep: Sweep) -> tuple[Picture, ...]:
+
+def pictures(sweep: SweepResult) -> tuple[SweepPicture, ...]:
     """Draw what the sweep has data for."""
-    grid = not sweep.design.sampled and bool(varying(sweep))
+    grid = not sweep.samples.sampled and bool(varying(sweep))
     found = []
     if sweep.has_frf and grid:
         words = "The FRF over frequency, for each value of the parameters."
         found.append(_drawn(sweep, "frf_map.svg", "FRF over the parameters", words, draw_frfs))
-    if sweep.has_frf and sweep.design.sampled:
+    if sweep.has_frf and sweep.samples.sampled:
         words = "Line by line, how much of the samples lies where."
         found.append(_drawn(sweep, "bands.svg", "FRF with its scatter", words, _bands))
     if rows := _metrics_shown(sweep):
         words = "Each metric, " + ("as often as it is found." if not grid else "over the grid.")
 
-        def metrics(sweep: Sweep, figure: Figure) -> None:
+        def metrics(sweep: SweepResult, figure: Figure) -> None:
             (draw_metrics if grid else _spreads)(sweep, figure, rows)
 
         found.append(_drawn(sweep, "metrics.svg", "Metrics", words, metrics))
@@ -81,38 +84,42 @@ def pictures(sweep: Sweep) -> tuple[Picture, ...]:
             "falls with the parameter, whatever else varies; near 0 where others decide."
         )
         found.append(_drawn(sweep, "sensitivity.svg", "Sensitivities", words, _sensitivity))
-    if sweep.outcome.frequency_hz.size and varying(sweep):
+    if sweep.results.frequency_hz.size and varying(sweep):
         words = "Natural frequencies of all samples, coloured by the kind of mode."
         found.append(_drawn(sweep, "frequencies.svg", "Natural frequencies", words, _loci))
     return tuple(found)
 
 
-def _metrics_shown(sweep: Sweep) -> Rows:
+def _metrics_shown(sweep: SweepResult) -> Rows:
     """The metrics, each with the samples that have a value."""
-    if not (sweep.design.sampled or varying(sweep)):
+    if not (sweep.samples.sampled or varying(sweep)):
         return {}
     with_value = {
-        name: np.flatnonzero(sweep.outcome.ok & np.isfinite(column))
+        name: np.flatnonzero(sweep.results.ok & np.isfinite(column))
         for name, column in sweep.metrics.items()
     }
     return {name: rows for name, rows in with_value.items() if len(rows)}
 
 
 def _drawn(
-    sweep: Sweep, file: str, title: str, words: str, draw: Callable[[Sweep, Figure], None]
-) -> Picture:
+    sweep: SweepResult,
+    file: str,
+    title: str,
+    words: str,
+    draw: Callable[[SweepResult, Figure], None],
+) -> SweepPicture:
     with styled():
         figure = Figure(figsize=(WIDTH, 0.55 * WIDTH), layout="constrained", dpi=150)
         draw(sweep, figure)
         stream = StringIO()
         figure.savefig(stream, format="svg", facecolor="white", metadata={"Date": None})
         inline = svg(figure, file.removesuffix(".svg"), f"{sweep.title}: {title}")
-    return Picture(file, title, words, stream.getvalue(), inline)
+    return SweepPicture(file, title, words, stream.getvalue(), inline)
 
 
-def _bands(sweep: Sweep, figure: Figure) -> None:
+def _bands(sweep: SweepResult, figure: Figure) -> None:
     """Percentiles of |H| over the samples, line by line."""
-    levels = percentiles(sweep.outcome.magnitude, np.flatnonzero(sweep.outcome.ok))
+    levels = percentiles(sweep.results.magnitude, np.flatnonzero(sweep.results.ok))
     axes = figure.subplots()
     for low, high, alpha, name in ((0, 4, 0.2, "5 – 95 %"), (1, 3, 0.4, "25 – 75 %")):
         axes.fill_between(
@@ -120,12 +127,12 @@ def _bands(sweep: Sweep, figure: Figure) -> None:
         )
     axes.plot(sweep.frequency, levels[2], color=INK, lw=0.8, label="median")
     frequency_axis(axes, sweep.frequency[0], sweep.frequency[-1])
-    axes.set(ylabel="|H|, dB re 1 m/N")
-    axes.set_title(f"{sweep.title}: {sweep.frf_name}, {sweep.outcome.ok.sum()} samples")
+    axes.set(ylabel=LEVEL)
+    axes.set_title(f"{sweep.title}: {sweep.frf_name}, {sweep.results.ok.sum()} samples")
     axes.legend(ncols=3)
 
 
-def percentiles(magnitude: FloatArray, rows: NDArray[np.intp]) -> FloatArray:
+def percentiles(magnitude: FloatArray, rows: IndexArray) -> FloatArray:
     """(5, n_frequency) percentiles of the level (dB re 1 m/N) over some samples.
 
     Some lines at a time: |H| may be a file larger than the memory.
@@ -139,11 +146,11 @@ def percentiles(magnitude: FloatArray, rows: NDArray[np.intp]) -> FloatArray:
     return levels
 
 
-def _loci(sweep: Sweep, figure: Figure) -> None:
+def _loci(sweep: SweepResult, figure: Figure) -> None:
     """Natural frequencies over each parameter that varies (up to four), coloured by kind."""
     shown = varying(sweep)[:4]
-    ok = sweep.outcome.ok
-    frequency, kind = sweep.outcome.frequency_hz[ok], sweep.outcome.kind[ok]
+    ok = sweep.results.ok
+    frequency, kind = sweep.results.frequency_hz[ok], sweep.results.kind[ok]
     all_axes = figure.subplots(1, len(shown), sharey=True, squeeze=False)[0]
     for k, axes in zip(shown, all_axes, strict=True):
         values = np.broadcast_to(sweep.values[ok, k][:, None], frequency.shape)
@@ -153,8 +160,8 @@ def _loci(sweep: Sweep, figure: Figure) -> None:
                 axes.plot(
                     values[mask], frequency[mask], ".", ms=5, color=color, label=str(name), mew=0
                 )
-        parameter_axis(axes, sweep.design.paths[k], sweep.values[ok, k], vertical=False)
-    all_axes[0].set(ylabel="natural frequency, Hz", title=sweep.title)
+        parameter_axis(axes, sweep.parameter_labels[k], sweep.values[ok, k], vertical=False)
+    all_axes[0].set(ylabel="Natural frequency (Hz)", title=sweep.title)
     handles, labels = all_axes[0].get_legend_handles_labels()
     if handles:
         figure.legend(
@@ -162,7 +169,7 @@ def _loci(sweep: Sweep, figure: Figure) -> None:
         )
 
 
-def _sensitivity(sweep: Sweep, figure: Figure) -> None:
+def _sensitivity(sweep: SweepResult, figure: Figure) -> None:
     """The largest sensitivities of metrics and of natural frequencies, one bar each."""
     largest = [s for s in sensitivities(sweep) if abs(s.value) > NEGLIGIBLE]
     of_metrics = [s for s in largest if s.metric in sweep.metrics]
@@ -191,29 +198,29 @@ def _bars(axes: Axes, shown: Sequence[Sensitivity], rows: int) -> None:
         )
 
 
-def _spreads(sweep: Sweep, figure: Figure, shown: Rows) -> None:
+def _spreads(sweep: SweepResult, figure: Figure, shown: Rows) -> None:
     """How often each metric is where."""
     across = min(len(shown), 3)
     down = -(-len(shown) // across)
     figure.set_size_inches(WIDTH, 0.6 + 2.4 * down)
     panels = figure.subplots(down, across, squeeze=False).ravel()
     for axes, (name, rows) in zip(panels, shown.items(), strict=False):
-        _spread(axes, name, sweep.metrics[name][rows])
+        _spread(axes, sweep.metric_labels[name], sweep.metrics[name][rows])
     for axes in panels[len(shown) :]:
         axes.set_axis_off()
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=3)
 
 
-def _spread(axes: Axes, name: str, values: FloatArray) -> None:
+def _spread(axes: Axes, label: str, values: FloatArray) -> None:
     """A histogram with its median and the ranges that hold half and 90 % of the samples."""
     low, quarter, median, three_quarters, high = np.percentile(values, PERCENTILES)
     axes.hist(values, bins=_bins(values), color=MUTED)
     axes.axvspan(low, high, color=BLUE, alpha=0.15, lw=0, label="5 – 95 %")
     axes.axvspan(quarter, three_quarters, color=BLUE, alpha=0.25, lw=0, label="25 – 75 %")
     axes.axvline(median, color=INK, lw=0.8, label="median")
-    metric_axis(axes, name, values, vertical=False)
-    axes.set(ylabel="samples")
+    metric_axis(axes, label, values, vertical=False)
+    axes.set(ylabel="Samples")
 
 
 def _bins(values: FloatArray) -> list[float]:

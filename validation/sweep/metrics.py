@@ -21,13 +21,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbs_models.modal.mode_kinds import Kind
 
+from ..arrays import FloatArray
 from ..errors import CommandError
 
-FloatArray = NDArray[np.float64]
 FoundModes = tuple[FloatArray, tuple[str, ...]]  # natural frequencies (Hz) and kinds
 
 FORMS = "peak[:F1:F2], rms[:F1:F2], mean[:F1:F2], level:F, drop:F, frequency:N or frequency:KIND:N"
@@ -61,6 +60,7 @@ class BandMetric:
     """A measure (a key of `OVER_BAND`) of |H| over the lines from ``start`` to before ``stop``."""
 
     columns: tuple[str, ...]
+    labels: tuple[str, ...]
     measure: str
     start: int
     stop: int
@@ -76,6 +76,7 @@ class LineMetric:
     """The level at a line, or how far it is below that of the model as it is."""
 
     columns: tuple[str, ...]
+    labels: tuple[str, ...]
     line: int
     drop: bool
 
@@ -93,6 +94,7 @@ class ModeMetric:
     """A natural frequency by its number from 1, of all modes (kind "") or of a kind's."""
 
     columns: tuple[str, ...]
+    labels: tuple[str, ...]
     number: int
     kind: str
 
@@ -136,12 +138,17 @@ def mean_level(magnitude: FloatArray, frequency: FloatArray) -> FloatArray:
     return np.asarray(decibels(magnitude).mean(axis=1, keepdims=True))
 
 
-OVER_BAND: Mapping[str, tuple[Callable[[FloatArray, FloatArray], FloatArray], tuple[str, ...]]] = {
-    "peak": (peak, ("db", "hz")),
-    "rms": (rms, ("m_per_n",)),
-    "mean": (mean_level, ("db",)),
+LEVEL = "dB re 1 m/N"
+# Measure → how it is computed, and of its columns the ending, the words and the unit.
+OVER_BAND: Mapping[
+    str,
+    tuple[Callable[[FloatArray, FloatArray], FloatArray], tuple[tuple[str, str, str], ...]],
+] = {
+    "peak": (peak, (("db", "highest peak", LEVEL), ("hz", "frequency of it", "Hz"))),
+    "rms": (rms, (("m_per_n", "RMS", "m/N"),)),
+    "mean": (mean_level, (("db", "mean level", LEVEL),)),
 }
-AT_LINE = ("level", "drop")
+AT_LINE = {"level": ("level at", LEVEL), "drop": ("below the model as it is, at", "dB")}
 
 
 def metrics(given: Sequence[str], frequency: FloatArray | None) -> tuple[Metric, ...]:
@@ -175,6 +182,15 @@ def columns(asked: Sequence[Metric]) -> tuple[str, ...]:
     return tuple(name for metric in asked for name in metric.columns)
 
 
+def labels(asked: Sequence[Metric]) -> dict[str, str]:
+    """What every column is, with its unit, for axes."""
+    return {
+        name: words
+        for metric in asked
+        for name, words in zip(metric.columns, metric.labels, strict=True)
+    }
+
+
 def _metric(text: str, frequency: FloatArray | None) -> Metric:
     name, *rest = (part.strip() for part in text.split(":"))
     if name == "frequency":
@@ -196,7 +212,9 @@ def _of_modes(text: str, rest: Sequence[str]) -> ModeMetric:
     if kind and kind[0] not in KINDS:
         raise CommandError(f"--metric {text}: KIND must be one of {', '.join(KINDS)}")
     column = "_".join(("frequency", *(k.replace("-", "_") for k in kind), number, "hz"))
-    return ModeMetric((column,), int(number), KINDS[kind[0]] if kind else "")
+    name = KINDS[kind[0]] if kind else ""
+    words = f"{name} mode {number} (Hz)" if name else f"natural frequency {number} (Hz)"
+    return ModeMetric((column,), (words,), int(number), name)
 
 
 def _over_band(text: str, name: str, limits: Sequence[float], frequency: FloatArray) -> BandMetric:
@@ -210,9 +228,14 @@ def _over_band(text: str, name: str, limits: Sequence[float], frequency: FloatAr
             f"--metric {text}: {low:g} to {high:g} Hz must hold a line and lie within the FRF's "
             f"{frequency[0]:g} to {frequency[-1]:g} Hz; see --fmin, --fmax and --df"
         )
-    _, units = OVER_BAND[name]
+    _, own = OVER_BAND[name]
     stem = "_".join((name, *(f"{limit:g}" for limit in limits)))
-    return BandMetric(tuple(f"{stem}_{unit}" for unit in units), name, start, stop)
+    band = f", {low:g}–{high:g} Hz" if limits else ""
+    return BandMetric(
+        tuple(f"{stem}_{ending}" for ending, _, _ in own),
+        tuple(f"{words}{band} ({unit})" for _, words, unit in own),
+        name, start, stop,
+    )  # fmt: skip
 
 
 def _at_line(text: str, name: str, limits: Sequence[float], frequency: FloatArray) -> LineMetric:
@@ -225,7 +248,9 @@ def _at_line(text: str, name: str, limits: Sequence[float], frequency: FloatArra
             f"--metric {text}: {at:g} Hz is no line of the FRF; the nearest is "
             f"{frequency[line]:g} Hz; see --fmin, --fmax and --df"
         )
-    return LineMetric((f"{name}_{at:g}_db",), line, drop=name == "drop")
+    words, unit = AT_LINE[name]
+    label = f"{words} {at:g} Hz ({unit})"
+    return LineMetric((f"{name}_{at:g}_db",), (label,), line, drop=name == "drop")
 
 
 def _hertz(text: str, part: str) -> float:
