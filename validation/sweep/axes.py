@@ -89,9 +89,8 @@ def parameter_axis(axes: Axes, label: str, values: FloatArray, *, vertical: bool
     if len(ticks) <= FEW and (ticks == np.round(ticks)).all():  # numbers of things: no fractions
         axis.set_major_locator(FixedLocator(ticks.tolist()))
         axis.set_minor_locator(NullLocator())
-    if scale == "log" or len(ticks) <= FEW:
-        axis.set_major_formatter(FuncFormatter(number))
-        axis.set_minor_formatter(NullFormatter())
+    axis.set_major_formatter(FuncFormatter(number))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def constant_limits(values: FloatArray) -> tuple[float, float] | None:
@@ -118,6 +117,6 @@ def metric_axis(axes: Axes, label: str, values: FloatArray, *, vertical: bool) -
 
 def number(value: float, _: object = None) -> str:
     """A tick's number: 12000 or 1e5, not 100000 or 1e+05."""
-    text = f"{value:.6g}" if abs(value) < 1e5 else f"{value:.3g}"
+    text = f"{value:.6g}" if abs(value) < 1e5 else f"{value:.4g}"
     mantissa, e, exponent = text.partition("e")
     return f"{mantissa}e{int(exponent)}" if e else text

@@ -175,27 +175,35 @@ def _sensitivity(sweep: SweepResult, figure: Figure) -> None:
     of_metrics = [s for s in largest if s.metric in sweep.metrics]
     of_frequencies = [s for s in largest if s.metric not in sweep.metrics]
     panels = [panel[:RANKED] for panel in (of_metrics, of_frequencies) if panel]
-    rows = max(map(len, panels), default=1)
-    figure.set_size_inches(WIDTH, 1.2 + 0.26 * rows)
-    all_axes = figure.subplots(1, max(len(panels), 1), squeeze=False)[0]
+    rows = [len(panel) for panel in panels]
+    figure.set_size_inches(WIDTH, 0.5 + 0.5 * len(panels) + 0.24 * sum(rows))
+    all_axes = figure.subplots(len(panels), 1, squeeze=False, height_ratios=rows)[:, 0]
     measure = "|∂log metric/∂log parameter|" if is_slope(sweep) else "|Spearman's ρ|"
-    for axes, shown in zip(all_axes, panels, strict=False):
-        _bars(axes, shown, rows)
+    for axes, shown in zip(all_axes, panels, strict=True):
+        _bars(sweep, axes, shown)
         axes.set(xlabel=measure)
     all_axes[0].set_title(f"{sweep.title}: sensitivities (blue: grows with the parameter)")
 
 
-def _bars(axes: Axes, shown: Sequence[Sensitivity], rows: int) -> None:
+def _bars(sweep: SweepResult, axes: Axes, shown: Sequence[Sensitivity]) -> None:
     values = [abs(s.value) for s in shown]
     colors = [BLUE if s.value >= 0.0 else VERMILLION for s in shown]
     axes.barh(range(len(shown)), values, color=colors)
-    axes.set_yticks(range(len(shown)), [f"{s.metric} ← {s.parameter}" for s in shown])
-    axes.set_ylim(rows - 0.5, -0.5)
+    axes.set_yticks(
+        range(len(shown)), [f"{_words(sweep, s.metric)} ← {s.parameter}" for s in shown]
+    )
+    axes.set_ylim(len(shown) - 0.5, -0.5)
     axes.set_xlim(0.0, 1.15 * max(values))  # room for the numbers
     for row, s in enumerate(shown):
         axes.annotate(
             f" {s.value:+.2g}", (abs(s.value), row), va="center", color=MUTED, fontsize="small"
         )
+
+
+def _words(sweep: SweepResult, metric: str) -> str:
+    """A metric's label without its unit; ``f2`` is the second natural frequency."""
+    label = sweep.metric_labels.get(metric, f"Natural frequency {metric[1:]} (Hz)")
+    return label.rpartition(" (")[0]
 
 
 def _spreads(sweep: SweepResult, figure: Figure, shown: Rows) -> None:

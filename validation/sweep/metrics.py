@@ -144,11 +144,11 @@ OVER_BAND: Mapping[
     str,
     tuple[Callable[[FloatArray, FloatArray], FloatArray], tuple[tuple[str, str, str], ...]],
 ] = {
-    "peak": (peak, (("db", "highest peak", LEVEL), ("hz", "frequency of it", "Hz"))),
+    "peak": (peak, (("db", "Highest peak", LEVEL), ("hz", "Peak frequency", "Hz"))),
     "rms": (rms, (("m_per_n", "RMS", "m/N"),)),
-    "mean": (mean_level, (("db", "mean level", LEVEL),)),
+    "mean": (mean_level, (("db", "Mean level", LEVEL),)),
 }
-AT_LINE = {"level": ("level at", LEVEL), "drop": ("below the model as it is, at", "dB")}
+AT_LINE = {"level": ("Level at", LEVEL), "drop": ("Below the model as it is, at", "dB")}
 
 
 def metrics(given: Sequence[str], frequency: FloatArray | None) -> tuple[Metric, ...]:
@@ -213,7 +213,9 @@ def _of_modes(text: str, rest: Sequence[str]) -> ModeMetric:
         raise CommandError(f"--metric {text}: KIND must be one of {', '.join(KINDS)}")
     column = "_".join(("frequency", *(k.replace("-", "_") for k in kind), number, "hz"))
     name = KINDS[kind[0]] if kind else ""
-    words = f"{name} mode {number} (Hz)" if name else f"natural frequency {number} (Hz)"
+    words = (
+        f"{name.capitalize()} mode {number} (Hz)" if name else f"Natural frequency {number} (Hz)"
+    )
     return ModeMetric((column,), (words,), int(number), name)
 
 
