@@ -350,26 +350,29 @@ def simulate(
 ) -> None:
     """Integrate in time: FRFs against FBS, or a gearbox at speed; goes on if stopped."""
     from .inspection import frf_output
-    from .simulation.command import Options, carry_out
+    from .simulation.command import run_command
+    from .simulation.options import Options
 
     options = Options(
-        model=model,
-        excitation=tuple(excitation or ()),
-        response=None if response is None else frf_output.labels("--response", response),
+        responses=None if response is None else frf_output.labels("--response", response),
         duration=duration,
         fmax=fmax,
-        sampling=sampling,
+        sampling_frequency=sampling,
         integrator=integrator,
         step=step,
-        speed=speed,
+        speed_rpm=speed,
         torque=torque,
-        levels=levels,
         reverse=reverse,
-        out=out,
-        save=tuple(save or ()),
     )
-    if not carry_out(options).agrees:
-        raise typer.Exit(1)
+    result = run_command(
+        model,
+        out,
+        excitation=excitation or (),
+        levels=levels,
+        save=save or (),
+        options=options,
+    )
+    end(result.agrees)
 
 
 @app.command()

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import stdtrit
 
 from fbs import Estimate, Frf, Quantity, Record, averaged_frf, impulse_frf, periodic_frf
@@ -21,6 +20,7 @@ from mbs_models.signals.sines import HalfSine
 from mbs_models.system.harmonic_response import harmonic_response
 from mbs_models.system.linearization import LinearizedSystem
 
+from ..arrays import BoolArray, ComplexArray, FloatArray
 from ..checks.check import Check
 from ..routes.comparable_lines import DYNAMIC_RANGE_DB, KNOWN_TO, judged, known, within_range
 from ..routes.routes import build_model, couple_stages, exudyn_source, loaded_source
@@ -37,9 +37,6 @@ LONGEST_SEGMENT = 1 << 23
 LONGEST_TRANSIENT = 1 << 25
 LINES_AT_ONCE = 4096  # of FBS, all DoFs by all DoFs
 LOOKED_AT = 200  # lines of a band, to tell what moves
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-ComplexArray = NDArray[np.complex128]
 
 AVERAGED = ("H1", "H2", "Hv")
 ROUTE = "exudyn in time"
@@ -119,7 +116,7 @@ class EstimatedFrfs:
         return np.asarray(np.degrees(np.abs(np.angle(self._ratio))))
 
     @property
-    def _ratio(self) -> NDArray[np.complex128]:
+    def _ratio(self) -> ComplexArray:
         reference = np.where(self.compared, self.reference.values, 1.0)
         return np.where(self.compared, self.estimate.frf.values / reference, 1.0)
 

@@ -11,10 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, MaxNLocator
-from numpy.typing import NDArray
 
 from mbs_models.gears.gear_lines import MeasuredLine
 
+from ..arrays import FloatArray
 from ..report.style import (
     BLUE,
     INK,
@@ -29,8 +29,6 @@ from ..report.style import (
     svg,
 )
 from .record_figures import draw_spectrum, spectrum_decades
-
-FloatArray = NDArray[np.float64]
 
 LABEL_WIDTH, ZOOM_LABEL_WIDTH = 0.013, 0.03  # of an axis: a label on its side
 LABEL_SIZE = 6.5  # points

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 from scipy.signal.windows import blackmanharris
 
@@ -24,11 +23,10 @@ from mbs_models.model.parameters import Drivetrain, PlanetaryStage
 from mbs_models.system.drivetrain import build_drivetrain
 from mbs_models.system.linearization import round_off_force
 
+from ..arrays import FloatArray
 from ..checks.check import Check
 from ..routes.equations import drivetrain_system, rigid_body_motions
 from ..routes.floquet import mesh_vectors
-
-FloatArray = NDArray[np.float64]
 
 ROUTES = ("statics of the equations", "exudyn in time")
 # Relative, where nothing varies: 1e-9 by Newton's method and round-off, with room for a long run.

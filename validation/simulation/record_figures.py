@@ -10,10 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import EngFormatter, FuncFormatter, MaxNLocator
-from numpy.typing import NDArray
 
 from mbs_models.gears.gear_response import MeshLoad
 
+from ..arrays import FloatArray
 from ..report.curves import extremes
 from ..report.digits import engineering
 from ..report.style import (
@@ -31,8 +31,6 @@ from ..report.style import (
     styled,
     svg,
 )
-
-FloatArray = NDArray[np.float64]
 
 ROW = 1.35  # inches a panel is high
 MOST_DECADES = 12  # of a spectrum below its peak: double precision has no more to show
