@@ -140,24 +140,9 @@ def modes(
     as_json: Annotated[bool, typer.Option("--json", help="Machine-readable.")] = False,
 ) -> None:
     """Natural frequencies, damping ratios and kinds of all modes."""
-    from mbs_models.model.model_file import load
+    from .inspection.commands import modes_command
 
-    from .inspection.modes import print_modes, solved_modes
-    from .runtime.streams import warn
-
-    drivetrain = load(model)
-    warn(drivetrain.warnings())
-    found, at_rest = solved_modes(drivetrain, route, torque)
-    if not as_json:
-        print_modes(drivetrain.name, route, found, at_rest, torque)
-        return
-    from .inspection.modes import modes_document
-    from .routes.modes import round_off_warnings
-
-    if route == "exudyn":
-        warn(round_off_warnings(found))
-    document = {"model": model, "route": route, "modes": modes_document(found, at_rest)}
-    print(json.dumps(document, indent=1))
+    modes_command(model, route, torque, as_json=as_json)
 
 
 @app.command()
@@ -182,35 +167,19 @@ def frf(
         Path | None, typer.Option(help="A file: .npz, .csv, .uff, .png, .svg or .pdf.")
     ] = None,
 ) -> None:
-    """FRFs between DoFs, drawn on the screen or written to a file."""
-    from mbs_models.model.model_file import load
+    """FRFs between DoFs, drawn in the terminal or written to a file."""
+    from .inspection.commands import frf_command
 
-    from .inspection import frf_output
-    from .routes.bands import band
-    from .routes.memory import frf_bytes, frf_count, require_memory
-    from .routes.routes import frf_by_name
-
-    responses = frf_output.labels("--response", response)
-    excitations = frf_output.labels("--excitation", excitation)
-    if output is not None:
-        frf_output.check_target(output)
-    drivetrain = load(model)
-    n_frfs = frf_count(drivetrain, route, responses, excitations, stage)
-    lines = band(fmin, fmax, df, n_frfs)
-    require_memory(
-        lines,
-        frf_bytes(n_frfs, drawn=output is not None and frf_output.is_picture(output)),
-        f"{n_frfs} FRF{'s' * (n_frfs > 1)}",
-        "a larger --df, a narrower band (--fmin, --fmax) or fewer DoFs",
+    frf_command(
+        model,
+        response,
+        excitation,
+        (fmin, fmax, df),
+        route=route,
+        stage=stage,
+        quantity=quantity,
+        output=output,
     )
-    made, method = frf_by_name(drivetrain, route, lines.frequency(), responses, excitations, stage)
-    result = made.to(quantity)
-    print(f"Method: {method}")
-    if output is None:
-        frf_output.show(result)
-    else:
-        subject = drivetrain.name if stage is None else f"{drivetrain.name}: {stage} alone"
-        frf_output.write(result, output, title=f"{subject} ({route})")
 
 
 @app.command()
