@@ -11,8 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..arrays import FloatArray, IndexArray
+from ..report.frf_panel import Band, Curve, FrfPanel, draw_magnitude
 from ..report.style import (
     BLUE,
+    CURVE_COLUMNS,
     INK,
     KIND_COLORS,
     MUTED,
@@ -23,7 +25,7 @@ from ..report.style import (
     svg,
 )
 from .axes import constant_limits, logarithmic, metric_axis, parameter_axis, varying
-from .grid_figures import LEVEL, Rows, draw_frfs, draw_metrics
+from .grid_figures import Rows, draw_frfs, draw_metrics
 from .metrics import decibels
 from .result import SweepResult
 from .sensitivity import Sensitivity, is_slope, sensitivities
@@ -120,14 +122,14 @@ def _drawn(
 def _bands(sweep: SweepResult, figure: Figure) -> None:
     """Percentiles of |H| over the samples, line by line."""
     levels = percentiles(sweep.results.magnitude, np.flatnonzero(sweep.results.ok))
+    bands = (
+        Band("5 – 95 %", levels[0], levels[4], BLUE, 0.2),
+        Band("25 – 75 %", levels[1], levels[3], BLUE, 0.4),
+    )
+    median = Curve("median", 10.0 ** (levels[2] / 20.0), INK, 0.8)
     axes = figure.subplots()
-    for low, high, alpha, name in ((0, 4, 0.2, "5 – 95 %"), (1, 3, 0.4, "25 – 75 %")):
-        axes.fill_between(
-            sweep.frequency, levels[low], levels[high], color=BLUE, alpha=alpha, lw=0, label=name
-        )
-    axes.plot(sweep.frequency, levels[2], color=INK, lw=0.8, label="median")
+    draw_magnitude(axes, FrfPanel(sweep.frequency, (median,), bands=bands), CURVE_COLUMNS)
     frequency_axis(axes, sweep.frequency[0], sweep.frequency[-1])
-    axes.set(ylabel=LEVEL)
     axes.set_title(f"{sweep.title}: {sweep.frf_name}, {sweep.results.ok.sum()} samples")
     axes.legend(ncols=3)
 

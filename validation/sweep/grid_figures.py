@@ -10,6 +10,7 @@ from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
 from ..arrays import IndexArray
+from ..report.frf_panel import Curve, FrfPanel, draw_magnitude
 from ..report.style import MUTED, WIDTH, along_axis, frequency_axis
 from .axes import (
     Family,
@@ -106,12 +107,14 @@ def _curves(sweep: SweepResult, panels: Sequence[Axes], shown: Sequence[Family])
         )
     )
     for axes, family in zip(panels, shown, strict=False):
-        for row in family.rows:
-            value = sweep.values[row, main]
-            label = parameter_value(sweep, main, value)
-            level = decibels(sweep.results.magnitude[row])
-            axes.plot(sweep.frequency, level, lw=0.9, color=colors[value], label=label)
-        axes.set(ylabel=LEVEL)
+        curves = tuple(
+            Curve(
+                parameter_value(sweep, main, value := sweep.values[row, main]),
+                sweep.results.magnitude[row], colors[value], 0.9,
+            )
+            for row in family.rows
+        )  # fmt: skip
+        draw_magnitude(axes, FrfPanel(sweep.frequency, curves), MAP_COLUMNS)
     panels[0].legend()
 
 
