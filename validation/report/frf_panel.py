@@ -129,8 +129,6 @@ class FrfPanel:
         The reference first: the others are drawn over it.
     differences
         Panels below.
-    bands
-        Behind the curves.
     modes
         Ticks above, a row of them for each name, in their order.
     through
@@ -145,12 +143,13 @@ class FrfPanel:
         Inches; the page scales it.
     from_zero
         Whether the axis is linear and begins at 0 Hz, whatever the band.
+    bands
+        Behind the curves.
     """
 
     frequency: FloatArray
     curves: tuple[Curve, ...]
     differences: tuple[Difference, ...] = ()
-    bands: tuple[Band, ...] = ()
     modes: tuple[Mode, ...] = ()
     through: bool = False
     phase: bool = False
@@ -158,6 +157,7 @@ class FrfPanel:
     title: str = ""
     width: float = WIDTH
     from_zero: bool = False
+    bands: tuple[Band, ...] = ()
 
     @property
     def logarithmic(self) -> bool:
