@@ -167,11 +167,11 @@ def drive_levels(
     """
     signal = check_levels((excitation,), point)
     system = build_drivetrain(drivetrain, point.laws if point else None)
-    found = []
+    results = []
     for number, factor in enumerate(sorted(factors)):
         scaled = Excitation(excitation.dof, replace(signal, amplitudes=factor * signal.amplitudes))
         progress("drive levels", number, len(factors))
-        found.append(
+        results.append(
             _level(
                 drivetrain,
                 system,
@@ -185,7 +185,7 @@ def drive_levels(
             )
         )
     progress("drive levels", len(factors), len(factors))
-    return DriveLevels(Excitation(excitation.dof, signal), tuple(found))
+    return DriveLevels(Excitation(excitation.dof, signal), tuple(results))
 
 
 def check_levels(

@@ -274,22 +274,22 @@ def _stability(drivetrain: Drivetrain, point: OperatingPoint) -> tuple[Stability
         for family in families(stage)
         for name in family.names
     }
-    found = []
+    stabilities = []
     for group, growth in stability_by_period(periodic.system, periodic.springs, turns):
         stages = dict.fromkeys(stage_of[periodic.springs[m].name] for m in group)
-        found.append(Stability(tuple(stages), float(growth.growth_rate[0])))
-    return tuple(found)
+        stabilities.append(Stability(tuple(stages), float(growth.growth_rate[0])))
+    return tuple(stabilities)
 
 
 def _phasing(drivetrain: Drivetrain, point: OperatingPoint) -> dict[str, tuple[Phasing, ...]]:
-    found = {}
+    phasings = {}
     for stage in drivetrain.stages:
         if isinstance(stage, PlanetaryStage) and stage.name in point.mesh_frequencies:
             try:
-                found[stage.name] = phasing(stage, HARMONICS)
+                phasings[stage.name] = phasing(stage, HARMONICS)
             except ModelError:
                 continue  # planets that differ: tooth numbers alone do not tell
-    return found
+    return phasings
 
 
 def _sensors(
@@ -298,7 +298,7 @@ def _sensors(
     record: TransientRecord,
     tones: tuple[MeshTone, ...],
 ) -> list[RingSensor]:
-    found = []
+    sensors = []
     for stage in drivetrain.stages:
         tone = next((tone for tone in tones if tone.name == f"mesh {stage.name}"), None)
         phases = point.phases.get(stage.name)
@@ -306,8 +306,8 @@ def _sensors(
             continue
         turns = abs(tone.carrier_frequency) * record.n_samples / record.sampling_frequency
         if turns >= LEAST_TURNS and tone.mesh_frequency < record.sampling_frequency / 2.0:
-            found.append(_sensor(stage, tone, phases.ring, record))
-    return found
+            sensors.append(_sensor(stage, tone, phases.ring, record))
+    return sensors
 
 
 def _sensor(

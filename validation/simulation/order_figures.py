@@ -183,10 +183,10 @@ def _short(line: MeasuredLine) -> str:
 
 def _draw_lines(axes: Axes, lines: Sequence[MeasuredLine], lowest: float, size: float) -> None:
     for sidebands, color in ((True, ORANGE), (False, BLUE)):
-        found = [x for x in lines if bool(x.line.offset) == sidebands and x.amplitude > lowest]
-        if found:
-            at = [x.line.frequency for x in found]
-            amplitude = [x.amplitude for x in found]
+        shown = [x for x in lines if bool(x.line.offset) == sidebands and x.amplitude > lowest]
+        if shown:
+            at = [x.line.frequency for x in shown]
+            amplitude = [x.amplitude for x in shown]
             axes.vlines(at, lowest, amplitude, color=color, lw=0.9)
             axes.plot(at, amplitude, "o", color=color, ms=size)
 

@@ -92,19 +92,19 @@ def run_checks(
     measured = record.span(first)
     means = _means(measured, nothing)
     unsteady = STEADY + (LEAKAGE + _stage_error(point, record)) * means.swing / means.scale
-    found = [_statics(drivetrain, point, means)]
-    found.append(_against_statics(drivetrain, point, means, unsteady))
-    found += _sun_against_ring(drivetrain, means, unsteady)
-    found += [_growth(measured, means), energy]
+    checks = [_statics(drivetrain, point, means)]
+    checks.append(_against_statics(drivetrain, point, means, unsteady))
+    checks += _sun_against_ring(drivetrain, means, unsteady)
+    checks += [_growth(measured, means), energy]
     if set(point.dofs) <= set(record.labels):
-        found.append(_free_rotation(drivetrain, point, measured))
-    vague = [check.name for check in found if check.name != GROWTH and check.tolerance > VAGUE]
+        checks.append(_free_rotation(drivetrain, point, measured))
+    vague = [check.name for check in checks if check.name != GROWTH and check.tolerance > VAGUE]
     warnings = (
         f"not judged: {', '.join(vague)}; what swings is so much larger than what is held against "
         "it that any value would pass",
     )
-    told = tuple(check for check in found if check.name not in vague)
-    return told, warnings if vague else ()
+    comparable = tuple(check for check in checks if check.name not in vague)
+    return comparable, warnings if vague else ()
 
 
 def _means(record: TransientRecord, nothing: float) -> _Means:

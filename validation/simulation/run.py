@@ -97,7 +97,7 @@ class PlannedRun:
         record = self.clock.timed("time integration", lambda: self._record(FORWARD))
         physics, unjudged = self._physics(record)
         estimated, no_frfs, share = self._frfs(record)
-        frf_checks = tuple(check for found in estimated for check in estimate_checks(found))
+        frf_checks = tuple(check for each in estimated for check in estimate_checks(each))
         levels = None
         if self.options.levels:
             levels = self.clock.timed("drive levels", lambda: self._levels(self.options.levels))
@@ -204,7 +204,7 @@ class PlannedRun:
                 continue
             integrator = record.integrator
             power = measured.inputs.var(axis=0)
-            found = [
+            frfs = [
                 compare_with_fbs(
                     unbent(e, integrator),
                     self.drivetrain,
@@ -213,7 +213,7 @@ class PlannedRun:
                 )
                 for e in estimates
             ]
-            return tuple(found), "", share
+            return tuple(frfs), "", share
         return (), reason, None
 
     def _measured(

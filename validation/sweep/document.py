@@ -49,11 +49,11 @@ def _metric(result: SweepResult, name: str, column: FloatArray) -> dict[str, Any
     """Percentiles and extremes of a metric over the samples that have it; null where none has."""
     values = column[result.results.ok & np.isfinite(column)]
     at = (0.0, 5.0, 50.0, 95.0, 100.0)
-    found = np.percentile(values, at).tolist() if len(values) else [None] * len(at)
+    levels = np.percentile(values, at).tolist() if len(values) else [None] * len(at)
     words = ("lowest", "percentile_5", "median", "percentile_95", "highest")
     return {
         "name": name,
         "label": result.metric_labels[name],
         "samples": len(values),
-        **dict(zip(words, found, strict=True)),
+        **dict(zip(words, levels, strict=True)),
     }

@@ -63,20 +63,20 @@ class SweepPicture:
 def pictures(sweep: SweepResult) -> tuple[SweepPicture, ...]:
     """Draw what the sweep has data for."""
     grid = not sweep.samples.sampled and bool(varying(sweep))
-    found = []
+    drawn = []
     if sweep.has_frf and grid:
         words = "The FRF over frequency, for each value of the parameters."
-        found.append(_drawn(sweep, "frf_map.svg", "FRF over the parameters", words, draw_frfs))
+        drawn.append(_drawn(sweep, "frf_map.svg", "FRF over the parameters", words, draw_frfs))
     if sweep.has_frf and sweep.samples.sampled:
         words = "Line by line, how much of the samples lies where."
-        found.append(_drawn(sweep, "bands.svg", "FRF with its scatter", words, _bands))
+        drawn.append(_drawn(sweep, "bands.svg", "FRF with its scatter", words, _bands))
     if rows := _metrics_shown(sweep):
         words = "Each metric, " + ("as often as it is found." if not grid else "over the grid.")
 
         def metrics(sweep: SweepResult, figure: Figure) -> None:
             (draw_metrics if grid else _spreads)(sweep, figure, rows)
 
-        found.append(_drawn(sweep, "metrics.svg", "Metrics", words, metrics))
+        drawn.append(_drawn(sweep, "metrics.svg", "Metrics", words, metrics))
     if any(abs(s.value) > NEGLIGIBLE for s in sensitivities(sweep)):
         words = (
             "Relative change of a metric for a relative change of the parameter, mean over its "
@@ -85,11 +85,11 @@ def pictures(sweep: SweepResult) -> tuple[SweepPicture, ...]:
             else "Spearman’s rank correlation ρ: +1 or −1 where the metric only ever grows or "
             "falls with the parameter, whatever else varies; near 0 where others decide."
         )
-        found.append(_drawn(sweep, "sensitivity.svg", "Sensitivities", words, _sensitivity))
+        drawn.append(_drawn(sweep, "sensitivity.svg", "Sensitivities", words, _sensitivity))
     if sweep.results.frequency_hz.size and varying(sweep):
         words = "Natural frequencies of all samples, coloured by the kind of mode."
-        found.append(_drawn(sweep, "frequencies.svg", "Natural frequencies", words, _loci))
-    return tuple(found)
+        drawn.append(_drawn(sweep, "frequencies.svg", "Natural frequencies", words, _loci))
+    return tuple(drawn)
 
 
 def _metrics_shown(sweep: SweepResult) -> Rows:

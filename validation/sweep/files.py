@@ -66,10 +66,10 @@ def _optional_files(directory: Path) -> dict[str, str]:
     """Names and SHA-256 of the files that an earlier sweep had and not every one has."""
     try:
         with np.load(directory / "sweep.npz", allow_pickle=False) as file:
-            found = dict(zip(file["files"].tolist(), file["sha256"].tolist(), strict=True))
+            known = dict(zip(file["files"].tolist(), file["sha256"].tolist(), strict=True))
     except (OSError, ValueError, KeyError, EOFError, BadZipFile):  # none, or not one of ours
         return {}
-    return {name: found[name] for name in (*PICTURES, MAGNITUDE) if name in found}
+    return {name: known[name] for name in (*PICTURES, MAGNITUDE) if name in known}
 
 
 def _sha256(path: Path) -> str:

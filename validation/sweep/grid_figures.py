@@ -128,11 +128,11 @@ def draw_metrics(sweep: SweepResult, figure: Figure, shown: Rows) -> None:
     figure.set_size_inches(WIDTH, 0.6 + 2.4 * down)
     panels = figure.subplots(down, across, squeeze=False).ravel()
     for axes, (name, rows) in zip(panels, shown.items(), strict=False):
-        found = families(sweep, rows)
-        if len(found) > LABELLED and len(varying(sweep)) == 2:
-            _metric_map(sweep, figure, axes, name, found)
+        members = families(sweep, rows)
+        if len(members) > LABELLED and len(varying(sweep)) == 2:
+            _metric_map(sweep, figure, axes, name, members)
         else:
-            _metric_curves(sweep, axes, name, found)
+            _metric_curves(sweep, axes, name, members)
     for axes in panels[len(shown) :]:
         axes.set_axis_off()
     handles, labels = panels[0].get_legend_handles_labels()
@@ -140,32 +140,32 @@ def draw_metrics(sweep: SweepResult, figure: Figure, shown: Rows) -> None:
         figure.legend(handles, labels, loc="outside lower center", ncols=min(len(handles), 4))
 
 
-def _metric_curves(sweep: SweepResult, axes: Axes, name: str, found: Sequence[Family]) -> None:
+def _metric_curves(sweep: SweepResult, axes: Axes, name: str, members: Sequence[Family]) -> None:
     main, column = main_parameter(sweep), sweep.metrics[name]
-    named = 1 < len(found) <= LABELLED
-    colors = graded_colors(len(found)) if len(found) <= LABELLED else [MUTED] * len(found)
-    for family, color in zip(found, colors, strict=True):
+    named = 1 < len(members) <= LABELLED
+    colors = graded_colors(len(members)) if len(members) <= LABELLED else [MUTED] * len(members)
+    for family, color in zip(members, colors, strict=True):
         values = sweep.values[family.rows, main]
         label = family.label if named else None
         axes.plot(values, column[family.rows], ".-", color=color, ms=3, lw=0.8, label=label)
-    rows = np.concatenate([family.rows for family in found])
+    rows = np.concatenate([family.rows for family in members])
     parameter_axis(axes, sweep.parameter_labels[main], sweep.values[rows, main], vertical=False)
     metric_axis(axes, sweep.metric_labels[name], column[rows], vertical=True)
 
 
 def _metric_map(
-    sweep: SweepResult, figure: Figure, axes: Axes, name: str, found: Sequence[Family]
+    sweep: SweepResult, figure: Figure, axes: Axes, name: str, members: Sequence[Family]
 ) -> None:
     """A metric in colours over both parameters; white where a sample has none."""
     main = main_parameter(sweep)
     (other,) = (k for k in varying(sweep) if k != main)
     along = np.unique(sweep.values[:, main])
-    values = np.full((len(found), len(along)), np.nan)
-    for line, family in zip(values, found, strict=True):
+    values = np.full((len(members), len(along)), np.nan)
+    for line, family in zip(values, members, strict=True):
         line[np.searchsorted(along, sweep.values[family.rows, main])] = sweep.metrics[name][
             family.rows
         ]
-    across = np.array([family.others[0] for family in found])
+    across = np.array([family.others[0] for family in members])
     picture = axes.pcolormesh(
         along, across, values, shading="nearest", cmap="viridis", rasterized=True
     )

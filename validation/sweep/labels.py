@@ -23,15 +23,19 @@ def unit_of(drivetrain: Drivetrain, path: str) -> str:
     name, *keys = path.split(".")
     tables = {table.name: table for table in (*drivetrain.parts, *drivetrain.couplings)}
     schema = type(tables.get(name, drivetrain.damping)).model_json_schema(by_alias=True)
-    found: Mapping[str, Any] = schema
+    described: Mapping[str, Any] = schema
     for key in keys:
-        found = next(
+        described = next(
             each["properties"][key]
-            for each in _alternatives(found, schema.get("$defs", {}))
+            for each in _alternatives(described, schema.get("$defs", {}))
             if key in each.get("properties", ())
         )
     return next(
-        (each["unit"] for each in _alternatives(found, schema.get("$defs", {})) if "unit" in each),
+        (
+            each["unit"]
+            for each in _alternatives(described, schema.get("$defs", {}))
+            if "unit" in each
+        ),
         "",
     )
 

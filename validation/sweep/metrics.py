@@ -65,10 +65,10 @@ class BandMetric:
     start: int
     stop: int
 
-    def values(self, found: Findings) -> FloatArray:
+    def values(self, findings: Findings) -> FloatArray:
         """(n_sample, n_column)."""
         lines, (measure, _) = slice(self.start, self.stop), OVER_BAND[self.measure]
-        return measure(found.magnitude[:, lines], found.frequency[lines])
+        return measure(findings.magnitude[:, lines], findings.frequency[lines])
 
 
 @dataclass(frozen=True)
@@ -80,12 +80,12 @@ class LineMetric:
     line: int
     drop: bool
 
-    def values(self, found: Findings) -> FloatArray:
+    def values(self, findings: Findings) -> FloatArray:
         """(n_sample, 1)."""
-        level = decibels(found.magnitude[:, self.line, None])
+        level = decibels(findings.magnitude[:, self.line, None])
         if not self.drop:
             return level
-        nominal = found.nominal(float(found.frequency[self.line]))
+        nominal = findings.nominal(float(findings.frequency[self.line]))
         return np.asarray(decibels(np.array(nominal)) - level)
 
 
@@ -98,9 +98,9 @@ class ModeMetric:
     number: int
     kind: str
 
-    def values(self, found: Findings) -> FloatArray:
+    def values(self, findings: Findings) -> FloatArray:
         """(n_sample, 1); NaN where there are fewer modes."""
-        return np.array([[self._of(*modes)] for modes in found.modes])
+        return np.array([[self._of(*modes)] for modes in findings.modes])
 
     def _of(self, frequencies: FloatArray, kinds: Sequence[str]) -> float:
         own = [f for f, k in zip(frequencies, kinds, strict=True) if self.kind in ("", k)]
@@ -169,12 +169,12 @@ def metrics(given: Sequence[str], frequency: FloatArray | None) -> tuple[Metric,
     """
     if not given:
         given = () if frequency is None else ("peak", "rms")
-    found = tuple(_metric(text, frequency) for text in given)
-    for text, metric in zip(given, found, strict=True):
-        times = [other.columns for other in found].count(metric.columns)
+    asked = tuple(_metric(text, frequency) for text in given)
+    for text, metric in zip(given, asked, strict=True):
+        times = [other.columns for other in asked].count(metric.columns)
         if times > 1:
             raise CommandError(f"--metric {text}: is given {times} times")
-    return found
+    return asked
 
 
 def columns(asked: Sequence[Metric]) -> tuple[str, ...]:

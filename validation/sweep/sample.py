@@ -94,8 +94,8 @@ def _fill(bench: Bench, results: SampleResults, modes: Sequence[FoundModes]) -> 
         results.frequency_hz[i, :n], results.kind[i, :n] = frequencies[:n], kinds[:n]
     if ok and plan.metrics:
         magnitude = results.magnitude if len(ok) == len(modes) else results.magnitude[ok]
-        found = Findings(bench.frequency, magnitude, [modes[i] for i in ok], bench.nominal)
-        results.metrics[ok] = np.hstack([metric.values(found) for metric in plan.metrics])
+        findings = Findings(bench.frequency, magnitude, [modes[i] for i in ok], bench.nominal)
+        results.metrics[ok] = np.hstack([metric.values(findings) for metric in plan.metrics])
     results.magnitude[~results.ok] = np.nan
 
 

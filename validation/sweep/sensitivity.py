@@ -42,16 +42,16 @@ def _ranked(sweep: SweepResult, columns: Mapping[str, FloatArray]) -> list[Sensi
     Of the samples that have a value; a metric that is zero or negative somewhere has none.
     """
     measure = log_slope if is_slope(sweep) else spearman
-    found = []
+    values = []
     for name, column in columns.items():
         rows = sweep.results.ok & np.isfinite(column)
         if rows.sum() < 2 or (column[rows] <= 0.0).any():
             continue
-        found += [
+        values += [
             Sensitivity(name, sweep.samples.paths[k], measure(sweep.values[rows, k], column[rows]))
             for k in varying(sweep)
         ]
-    return sorted(found, key=lambda s: -abs(s.value))
+    return sorted(values, key=lambda s: -abs(s.value))
 
 
 def is_slope(sweep: SweepResult) -> bool:
