@@ -25,7 +25,7 @@ from ..report.style import (
     svg,
 )
 from .axes import constant_limits, logarithmic, metric_axis, parameter_axis, varying
-from .grid_figures import Rows, draw_frfs, draw_metrics
+from .grid_figures import Rows, draw_frfs, draw_metrics, metric_panels
 from .metrics import decibels
 from .result import SweepResult
 from .sensitivity import Sensitivity, is_slope, sensitivities
@@ -198,8 +198,9 @@ def _bars(sweep: SweepResult, axes: Axes, shown: Sequence[Sensitivity]) -> None:
     axes.set_xlim(0.0, 1.15 * max(values))  # room for the numbers
     for row, s in enumerate(shown):
         axes.annotate(
-            f" {s.value:+.2g}", (abs(s.value), row), va="center", color=MUTED, fontsize="small"
-        )
+            f"{s.value:+.2g}", (abs(s.value), row), xytext=(3, 0), textcoords="offset points",
+            va="center", color=MUTED, fontsize="small",
+        )  # fmt: skip
 
 
 def _words(sweep: SweepResult, metric: str) -> str:
@@ -210,14 +211,9 @@ def _words(sweep: SweepResult, metric: str) -> str:
 
 def _spreads(sweep: SweepResult, figure: Figure, shown: Rows) -> None:
     """How often each metric is where."""
-    across = min(len(shown), 3)
-    down = -(-len(shown) // across)
-    figure.set_size_inches(WIDTH, 0.6 + 2.4 * down)
-    panels = figure.subplots(down, across, squeeze=False).ravel()
-    for axes, (name, rows) in zip(panels, shown.items(), strict=False):
+    panels = metric_panels(figure, len(shown))
+    for axes, (name, rows) in zip(panels, shown.items(), strict=True):
         _spread(axes, sweep.metric_labels[name], sweep.metrics[name][rows])
-    for axes in panels[len(shown) :]:
-        axes.set_axis_off()
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=3)
 

@@ -123,21 +123,27 @@ def draw_metrics(sweep: SweepResult, figure: Figure, shown: Rows) -> None:
 
     Of two parameters with more values than curves can be told apart, a map instead.
     """
-    across = min(len(shown), 3)
-    down = -(-len(shown) // across)
-    figure.set_size_inches(WIDTH, 0.6 + 2.4 * down)
-    panels = figure.subplots(down, across, squeeze=False).ravel()
-    for axes, (name, rows) in zip(panels, shown.items(), strict=False):
+    panels = metric_panels(figure, len(shown))
+    for axes, (name, rows) in zip(panels, shown.items(), strict=True):
         members = families(sweep, rows)
         if len(members) > LABELLED and len(varying(sweep)) == 2:
             _metric_map(sweep, figure, axes, name, members)
         else:
             _metric_curves(sweep, axes, name, members)
-    for axes in panels[len(shown) :]:
-        axes.set_axis_off()
     handles, labels = panels[0].get_legend_handles_labels()
     if handles:
         figure.legend(handles, labels, loc="outside lower center", ncols=min(len(handles), 4))
+
+
+def metric_panels(figure: Figure, count: int) -> list[Axes]:
+    """A panel for each of so many metrics, three in a row."""
+    across = min(count, 3)
+    down = -(-count // across)
+    figure.set_size_inches(WIDTH, 0.6 + 2.4 * down)
+    panels = figure.subplots(down, across, squeeze=False).ravel()
+    for axes in panels[count:]:
+        axes.set_axis_off()
+    return list(panels[:count])
 
 
 def _metric_curves(sweep: SweepResult, axes: Axes, name: str, members: Sequence[Family]) -> None:
