@@ -32,11 +32,11 @@ from validation.routes.routes import EQUATIONS
 from validation.runtime.executors import process_pool
 from validation.sweep.files import write_sweep
 from validation.sweep.parameters import Samples, changed, model_data, samples_of, steps_to
+from validation.sweep.pieces import Pieces
 from validation.sweep.plan import SampleResults, SweepPlan, sweep_plan
 from validation.sweep.result import SweepResult
 from validation.sweep.run import sweep
 from validation.sweep.sample import forget
-from validation.sweep.store import Pieces
 
 RUNS = 5
 PAIR = ("planetary.sun.w", "reducer.pinion.w")

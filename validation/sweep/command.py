@@ -21,10 +21,10 @@ from .console import print_result
 from .describe import failures
 from .files import RESULTS, write_sweep
 from .parameters import Samples, samples_of
+from .pieces import MAGNITUDE, Pieces
 from .plan import SampleResults, SweepPlan, dof_pair, sweep_plan
 from .result import SweepResult
 from .run import processes_worth, sweep
-from .store import MAGNITUDE, Pieces
 
 
 def run_command(

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from ..report.publish import publish
 from ..runtime.output_folder import Writer, telling
+from .pieces import MAGNITUDE
 from .result import SweepResult
-from .store import MAGNITUDE
 
 PICTURES = ("frf_map.svg", "bands.svg", "frequencies.svg", "metrics.svg", "sensitivity.svg")
 RESULTS = ("sweep.csv", "sweep.npz", *SweepResult.files)

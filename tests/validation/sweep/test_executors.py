@@ -25,9 +25,9 @@ from validation.errors import CommandError
 from validation.routes.bands import Band
 from validation.runtime.executors import dask_cluster, mpi_pool, opened, versions
 from validation.sweep.parameters import Samples, samples_of
+from validation.sweep.pieces import FIELDS
 from validation.sweep.plan import SampleResults, SweepPlan, sweep_plan
 from validation.sweep.run import sweep
-from validation.sweep.store import FIELDS
 
 PAIR = ("planetary.sun.w", "reducer.pinion.w")
 PATIENCE = 120.0  # seconds; a busy machine starts processes slowly

@@ -24,10 +24,10 @@ from validation.routes.routes import EQUATIONS, exudyn_source
 from validation.runtime.executors import Workers, process_pool
 from validation.sweep import sample as sweep_sample
 from validation.sweep.parameters import Samples, Values, changed, model_data, samples_of, steps_to
+from validation.sweep.pieces import FIELDS, Pieces
 from validation.sweep.plan import SampleResults, SweepPlan, base_values, reference, sweep_plan
 from validation.sweep.run import sweep
 from validation.sweep.sample import Bench, evaluate, part_key, spring_deflection
-from validation.sweep.store import FIELDS, Pieces
 
 PAIR = ("planetary.sun.w", "reducer.pinion.w")
 SPRING = "coupling.second_stiffness"

@@ -16,11 +16,11 @@ from validation.errors import CommandError
 from validation.routes.bands import Band
 from validation.sweep.figures import percentiles
 from validation.sweep.parameters import samples_of
+from validation.sweep.pieces import Pieces
 from validation.sweep.plan import sweep_plan
 from validation.sweep.result import SweepResult
 from validation.sweep.run import sweep
 from validation.sweep.sensitivity import log_slope, sensitivities, spearman
-from validation.sweep.store import Pieces
 
 PAIR = ("planetary.sun.w", "reducer.pinion.w")
 SPRING = "coupling.second_stiffness"
