@@ -8,76 +8,94 @@ translations of coupled bodies are then along common axes.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
 
 import numpy as np
 
-from .couplings import DIRECTIONS, Coupling
-from .gear_geometry import Vector
-from .parameters import Drivetrain, ParallelStage
-
-# Sign of the counter-clockwise rotation (in the part's own frame) that counts as positive w: a
-# parallel stage's pinion and wheel turn against each other.
-SENSE = {"wheel": -1.0}
-
-
-@dataclass(frozen=True)
-class Frame:
-    """Origin (m, global) and axes (3 × 3, columns in global coordinates) of a part.
-
-    The third axis is the global z axis, up to the sign ``facing``.
-    """
-
-    origin: Vector = field(default_factory=lambda: np.zeros(3))
-    axes: Vector = field(default_factory=lambda: np.eye(3))
-
-    @property
-    def facing(self) -> float:
-        """+1, or −1 for a part seen from behind."""
-        return float(self.axes[2, 2])
-
-    def direction(self, vector: Vector) -> Vector:
-        """A vector of the part's frame in global coordinates."""
-        return self.axes @ vector
-
-    def point(self, position: Vector) -> Vector:
-        """A point of the part's frame in global coordinates."""
-        return self.origin + self.direction(position)
-
-
-def axes_facing(part: object, facing: float) -> Vector:
-    """Axes of a part whose first transverse direction is the global y axis."""
-    y, z = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, facing])
-    if isinstance(part, ParallelStage):
-        return np.column_stack([np.cross(y, z), y, z])
-    return np.column_stack([y, np.cross(z, y), z])
-
-
-def sense(body: str) -> float:
-    """Sign of positive w of a body against counter-clockwise rotation in its part's frame."""
-    return SENSE.get(body.partition(".")[2], 1.0)
+from ..stages.geometry import DIRECTIONS, Frame, Vector
+from ..stages.part import Member, Part
+from .couplings import Coupling
+from .parameters import Drivetrain
 
 
 def facings(drivetrain: Drivetrain) -> dict[str, float]:
     """Side each part is seen from (±1), so that coupled bodies turn the same way.
 
     Parts are taken in order; a coupling that closes a loop and cannot be satisfied (three external
-    gears in a ring) turns its second body against w: `turning` says so.
+    gears in a ring) turns its second body against w: `turnings` says so.
     """
+    members = drivetrain.members
     found: dict[str, float] = {}
     for part in drivetrain.parts:
         if part.name not in found:
             found[part.name] = 1.0
-            _face_neighbours(drivetrain, part.name, found)
+            _face_neighbours(drivetrain, members, part.name, found)
     return found
 
 
-def _face_neighbours(drivetrain: Drivetrain, placed: str, found: dict[str, float]) -> None:
+def _face_neighbours(
+    drivetrain: Drivetrain, members: Mapping[str, Member], placed: str, found: dict[str, float]
+) -> None:
     for here, there in neighbours(drivetrain, placed):
         name = there.partition(".")[0]
         if name not in found:
-            found[name] = found[placed] * sense(here) * sense(there)
-            _face_neighbours(drivetrain, name, found)
+            found[name] = found[placed] * members[here].sense * members[there].sense
+            _face_neighbours(drivetrain, members, name, found)
+
+
+def turnings(drivetrain: Drivetrain) -> dict[str, float]:
+    """Sign of positive w of every body against global counter-clockwise rotation."""
+    facing = facings(drivetrain)
+    return {
+        body: facing[body.partition(".")[0]] * member.sense
+        for body, member in drivetrain.members.items()
+    }
+
+
+def hub_ratios(drivetrain: Drivetrain) -> dict[tuple[str, str], float]:
+    """(coupling, body at an end of it) → w of its hub where that turns as the body, per w of it.
+
+    r_hub/r_body; negative only in a loop that no orientation of its parts can satisfy.
+    """
+    turning = turnings(drivetrain)
+    return {
+        (coupling.name, body): turning[coupling.first]
+        * turning[body]
+        * (coupling.radius / drivetrain.radius(body))
+        for coupling in drivetrain.couplings
+        for body in (coupling.first, coupling.second)
+    }
+
+
+def place_parts(drivetrain: Drivetrain) -> dict[str, Frame]:
+    """Where each part stands, starting from the first: coupled bodies coaxial, turning alike."""
+    facing = facings(drivetrain)
+    frames: dict[str, Frame] = {}
+    for part in drivetrain.parts:
+        if part.name not in frames:
+            frames[part.name] = Frame(axes=axes_facing(part, facing[part.name]))
+            _place_neighbours(drivetrain, part.name, facing, frames)
+    return frames
+
+
+def _place_neighbours(
+    drivetrain: Drivetrain, placed: str, facing: dict[str, float], frames: dict[str, Frame]
+) -> None:
+    for here, there in neighbours(drivetrain, placed):
+        name = there.partition(".")[0]
+        if name not in frames:
+            axes = axes_facing(drivetrain.part(name), facing[name])
+            axis = frames[placed].point(drivetrain.member(here).centre)
+            frames[name] = Frame(axis - axes @ drivetrain.member(there).centre, axes)
+            _place_neighbours(drivetrain, name, facing, frames)
+
+
+def axes_facing(part: Part, facing: float) -> Vector:
+    """Axes of a part whose first transverse direction is the global y axis."""
+    y, z = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, facing])
+    if DIRECTIONS[part.axes[0]] == DIRECTIONS["y"]:
+        return np.column_stack([y, np.cross(z, y), z])
+    return np.column_stack([np.cross(y, z), y, z])
 
 
 def neighbours(drivetrain: Drivetrain, name: str) -> list[tuple[str, str]]:
@@ -91,11 +109,6 @@ def neighbours(drivetrain: Drivetrain, name: str) -> list[tuple[str, str]]:
             if here.partition(".")[0] == name:
                 pairs.append((here, there))
     return pairs
-
-
-def turning(facing: dict[str, float], body: str) -> float:
-    """Sign of positive w of a body against global counter-clockwise rotation."""
-    return facing[body.partition(".")[0]] * sense(body)
 
 
 def rigid_end(coupling: Coupling) -> tuple[str, float | str]:
@@ -112,7 +125,7 @@ def translation_ends(
     """
     direction = DIRECTIONS[dof]
     first, second = (
-        f"{body}.{drivetrain.translations(body)[direction]}"
+        f"{body}.{drivetrain.member(body).translations[direction]}"
         for body in (coupling.first, coupling.second)
     )
     if direction == DIRECTIONS["u"]:

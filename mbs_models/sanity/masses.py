@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 
-from ..model.parameters import Coupling, Part
+from ..stages.part import Part
 from .finding import Finding
 from .quantities import BodyKind, MomentOfInertia, Solid, solids
 
@@ -30,7 +30,7 @@ INERTIA_RANGES: Mapping[BodyKind, tuple[float, float]] = {
 THIN_DISC = 0.99
 
 
-def masses_fit_radii(part: Part | Coupling) -> Iterator[Finding]:
+def masses_fit_radii(part: Part) -> Iterator[Finding]:
     """Masses that no disc of the body's radius has, however thick it is."""
     for body in solids(part):
         if not _mass_fits(body):
@@ -42,7 +42,7 @@ def masses_fit_radii(part: Part | Coupling) -> Iterator[Finding]:
             yield Finding(part.name, f"{body.name}.mass", f"{body.mass:g} kg", reason)
 
 
-def inertias_fit_masses(part: Part | Coupling) -> Iterator[Finding]:
+def inertias_fit_masses(part: Part) -> Iterator[Finding]:
     """Polar inertias outside the range of their mass and radius.
 
     kg m² under a key for I/r², or the other way round, is off by r².
@@ -59,7 +59,7 @@ def inertias_fit_masses(part: Part | Coupling) -> Iterator[Finding]:
             )
 
 
-def diametral_inertias_fit_polar(part: Part | Coupling) -> Iterator[Finding]:
+def diametral_inertias_fit_polar(part: Part) -> Iterator[Finding]:
     """I_d ≥ I_p/2, which holds for every body, and I_d of a bar a hundred times as slender."""
     for body in solids(part):
         if body.diametral is None or not (_mass_fits(body) and _polar_fits(body)):

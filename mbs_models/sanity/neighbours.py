@@ -7,27 +7,20 @@ from collections.abc import Iterator
 from decimal import Decimal
 from statistics import median
 
-from ..model.parameters import Coupling, Drivetrain, Part
+from ..model.parameters import Coupling, Part
 from .finding import Finding
-from .quantities import stiffnesses
 
 DECADES = 3.0  # a thousand times: what N/mm for N/m, or a forgotten k, makes
 COUNTABLE = 6.0  # decades up to which a factor is written out
 
 
-def suspicious_stiffnesses(drivetrain: Drivetrain) -> tuple[str, ...]:
-    """Stiffnesses more than a thousand times off the median of their stage's or coupling's.
+def off_their_neighbours(part: Part | Coupling) -> Iterator[Finding]:
+    """Stiffnesses more than a thousand times off the median of their part's or coupling's.
 
     They are pointed out, not refused: a soft coupling or a fixed ring may be meant.
     """
-    parts = (*drivetrain.stages, *drivetrain.couplings)
-    return tuple(str(note) for part in parts for note in off_their_neighbours(part))
-
-
-def off_their_neighbours(part: Part | Coupling) -> Iterator[Finding]:
-    """The same of one part."""
     # What a radius makes infinite is left to those who compute with it.
-    given = [spring for spring in stiffnesses(part) if 0.0 < spring.value < math.inf]
+    given = [spring for spring in part.given_springs() if 0.0 < spring.value < math.inf]
     if len(given) < 2:
         return
     middle = median(math.log10(spring.value) for spring in given)

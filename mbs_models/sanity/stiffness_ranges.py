@@ -10,8 +10,8 @@ import math
 from collections.abc import Iterator, Mapping
 
 from ..model.parameters import Coupling, Part
+from ..stages.given_springs import GivenSpring, SpringKind
 from .finding import Finding
-from .quantities import SpringKind, Stiffness, stiffnesses
 
 SOFTEST, STIFFEST = 14e9, 20e9  # N/m of mesh stiffness per m of face width
 NARROWEST, WIDEST = 0.05, 2.5  # face width over pitch diameter
@@ -35,7 +35,7 @@ def stiffnesses_in_range(part: Part | Coupling) -> Iterator[Finding]:
 
     0 is no spring at all, as it may be where it is no mesh; from 1e12 N/m on it is rigid.
     """
-    for spring in stiffnesses(part):
+    for spring in part.given_springs():
         low, high = mesh_range(spring.diameter)
         fits = f"; that is a mesh of steel gears {spring.diameter * 1e3:.3g} mm in diameter"
         if spring.kind is not SpringKind.MESH:
@@ -51,7 +51,7 @@ def mesh_range(diameter: float) -> tuple[float, float]:
     return SOFTEST * NARROWEST * diameter / LEEWAY, STIFFEST * WIDEST * diameter * LEEWAY
 
 
-def _outside(spring: Stiffness, low: float, high: float) -> bool:
+def _outside(spring: GivenSpring, low: float, high: float) -> bool:
     if spring.value == 0.0:
         return spring.kind is SpringKind.MESH  # no torque passes
     return spring.value < RIGID and not low <= spring.value <= high

@@ -9,8 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ..gears.power_flow import PowerFlow
-from ..model.parameters import Drivetrain, ParallelStage
-from ..system.components import mesh_name
+from ..model.parameters import Drivetrain
 from .finding import Finding
 
 LARGEST_DEFLECTION = 5e-4  # m: three times that, so that only a wrong unit is beyond
@@ -35,13 +34,9 @@ def teeth_carry_load(drivetrain: Drivetrain, flow: PowerFlow) -> Iterator[Findin
 
 def _mesh_stiffness(drivetrain: Drivetrain) -> dict[str, float]:
     """Mesh → N/m, of the meshes that are springs at all."""
-    found: dict[str, float] = {}
-    for stage in drivetrain.stages:
-        name = stage.name
-        if isinstance(stage, ParallelStage):
-            found[mesh_name(f"{name}.pinion", f"{name}.wheel")] = stage.mesh_stiffness
-            continue
-        for member, values in (("sun", stage.sun_meshes), ("ring", stage.ring_meshes)):
-            for number, value in enumerate(values, start=1):
-                found[mesh_name(f"{name}.{member}", f"{name}.planet{number}")] = value
-    return {mesh: value for mesh, value in found.items() if value > 0.0}
+    return {
+        mesh: value
+        for family in drivetrain.mesh_families
+        for mesh, value in zip(family.names, family.stiffness, strict=True)
+        if value > 0.0
+    }

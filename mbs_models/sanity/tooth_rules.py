@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ..model.parameters import Coupling, Part, PlanetaryStage
-from ..model.tooth_numbers import another_is_nearer, expected, gear_pairs, standard_ring, teeth_over
+from ..model.tooth_numbers import another_is_nearer, expected, gear_pairs
+from ..stages.part import Part
 from .finding import Finding
 
 
-def teeth_fit_radii(part: Part | Coupling) -> Iterator[Finding]:
+def teeth_fit_radii(part: Part) -> Iterator[Finding]:
     """Tooth numbers that are explained by nothing but the rounding of the radii."""
     for first, second in gear_pairs(part):
         if another_is_nearer(first, second):
@@ -19,15 +19,15 @@ def teeth_fit_radii(part: Part | Coupling) -> Iterator[Finding]:
             yield Finding(part.name, f"{second.name}.teeth", f"{second.teeth}", reason)
 
 
-def ring_closes(part: Part | Coupling) -> Iterator[Finding]:
+def ring_closes(part: Part) -> Iterator[Finding]:
     """A ring that is a tooth or two off z_s + 2 z_p, with one pressure angle for both meshes."""
-    if isinstance(part, PlanetaryStage) and teeth_over(part):
-        standard = standard_ring(part)
-        yield Finding(
-            part.name,
-            "ring.teeth",
-            f"{part.ring.teeth}",
-            f"expected z_s + 2 z_p = {standard}; a profile-shifted set may differ, but its sun and "
-            "ring meshes have different working pressure angles: give sun_pressure_angle and "
-            "ring_pressure_angle",
-        )
+    for planets in part.planet_sets():
+        if planets.teeth_over:
+            yield Finding(
+                part.name,
+                "ring.teeth",
+                f"{planets.ring_teeth}",
+                f"expected z_s + 2 z_p = {planets.standard_ring}; a profile-shifted set may "
+                "differ, but its sun and ring meshes have different working pressure angles: give "
+                "sun_pressure_angle and ring_pressure_angle",
+            )

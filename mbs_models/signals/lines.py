@@ -372,19 +372,6 @@ def own_seeds(seed: int, count: int) -> tuple[int, ...]:
     return tuple(int(child.generate_state(1)[0]) for child in children)
 
 
-def zippered(signal: Multisine, count: int) -> tuple[Multisine, ...]:
-    """Share a multisine's lines out to ``count`` inputs, in turn: input i has k = i, i + count, …
-
-    One record then has each input's FRFs at its own lines, without leakage from the others.
-
-    Raises
-    ------
-    ModelError
-        There are fewer lines than inputs.
-    """
-    return tuple(signal.share(i, count) for i in range(count))
-
-
 def orthogonal(signal: Multisine, count: int) -> tuple[tuple[Multisine, ...], ...]:
     """``count`` experiments of ``count`` inputs: input i of experiment e turned by 2π i e/count.
 

@@ -28,17 +28,6 @@ class SpringKind(StrEnum):
     TRANSLATION = "coupled translation"
 
 
-def mesh_name(first: str, second: str) -> str:
-    """What the mesh spring between two bodies is called."""
-    return f"{SpringKind.MESH} {first} – {_without_stage(second, first)}"
-
-
-def _without_stage(body: str, other: str) -> str:
-    """A body's name without its stage, where the other stands in the same."""
-    stage, _, member = body.rpartition(".")
-    return member if other.startswith(f"{stage}.") else body
-
-
 @dataclass(frozen=True)
 class End:
     """Where a spring takes hold: a body (or ground), and the point in global coordinates (m)."""

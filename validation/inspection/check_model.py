@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import cos
 
 from mbs_models.errors import ModelError
 from mbs_models.gears.power_flow import PowerFlow, power_flow
 from mbs_models.modal.mode_kinds import label_inertias, rigid_body_count
 from mbs_models.model.model_file import load
-from mbs_models.model.parameters import Drivetrain, ParallelStage, PlanetaryStage
+from mbs_models.model.parameters import Drivetrain
 from mbs_models.sanity.free_motion import count_free_rotations, free_to_move, input_turns
 from mbs_models.sanity.rules import findings
 from mbs_models.sanity.tooth_loads import teeth_carry_load
@@ -110,9 +109,9 @@ def understood(drivetrain: Drivetrain, expected: int, found: int) -> None:
     """Print what a model file was understood to say."""
     print(f"{drivetrain.name}: valid")
     for stage in drivetrain.stages:
-        print(f"  stage '{stage.name}': {_stage(stage)}")
+        print(f"  stage '{stage.name}': {stage.describe()}")
     for rotor in drivetrain.inertias:
-        print(f"  inertia '{rotor.name}': {rotor.rotary_mass * rotor.radius**2:g} kg m²")
+        print(f"  inertia '{rotor.name}': {rotor.describe()}")
     for coupling in drivetrain.couplings:
         springs = " and ".join(k if isinstance(k, str) else f"{k:g} N/m" for _, k in coupling.ends)
         moves = f", and along {', '.join(coupling.dofs)}" if coupling.dofs else ""
@@ -121,17 +120,3 @@ def understood(drivetrain: Drivetrain, expected: int, found: int) -> None:
     print(f"  {len(label_inertias(drivetrain))} DoF labels in all")
     verdict = "as found in K" if expected == found else f"but {found} found in K"
     print(f"  rigid-body modes: {expected} by what springs there are, {verdict}")
-
-
-def _stage(stage: ParallelStage | PlanetaryStage) -> str:
-    if isinstance(stage, ParallelStage):
-        ratio = stage.wheel.base_radius / stage.pinion.base_radius
-        return f"parallel, ratio {ratio:.4g}, helix angle {stage.helix_angle:g}°, 8 DoFs"
-    # w_s + w_r = w_c (cos α_s + cos α_r) where no mesh is strained (Eq. 1)
-    cosines = cos(stage.sun_mesh_angle) + cos(stage.ring_mesh_angle)
-    ratio = stage.carrier_radius * cosines / stage.sun.base_radius
-    n = stage.planet_count
-    return (
-        f"planetary, {n} planets, sun to carrier {ratio:.4g} with the ring held, ring radius "
-        f"{stage.ring_radius:.4g} m, carrier radius {stage.carrier_radius:.4g} m, {9 + 3 * n} DoFs"
-    )

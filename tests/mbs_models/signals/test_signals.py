@@ -17,7 +17,6 @@ from mbs_models.signals.lines import (
     own_seeds,
     random_multisine,
     schroeder_multisine,
-    zippered,
 )
 
 
@@ -160,9 +159,9 @@ def test_each_input_has_its_own_seed() -> None:
     assert own_seeds(3, 2) == own_seeds(3, 4)[:2]  # a further input leaves the others as they are
 
 
-def test_zippered_lines_add_up_to_the_whole() -> None:
+def test_shared_lines_add_up_to_the_whole() -> None:
     whole = schroeder_multisine(10.0, 100.0, 1.0, 1.0)
-    parts = zippered(whole, 3)
+    parts = [whole.share(i, 3) for i in range(3)]
     together = np.concatenate([part.harmonics for part in parts])
     assert sorted(together) == whole.harmonics.tolist()
     time = np.linspace(0.0, 1.0, 50)
@@ -205,7 +204,7 @@ BAD = [
     (lambda: Multisine(1.0, LINES, np.ones(1), np.zeros(2)), "2 harmonics, 1 amplitudes"),
     (lambda: Multisine(1.0, LINES - 1, np.ones(2), np.zeros(2)), "from 1 on"),
     (lambda: Multisine(1.0, LINES, np.ones(2), np.array([0.0, np.nan])), "must be finite"),
-    (lambda: zippered(schroeder_multisine(1.0, 2.0, 1.0, 1.0), 3), "cannot be shared out"),
+    (lambda: schroeder_multisine(1.0, 2.0, 1.0, 1.0).share(2, 3), "cannot be shared out"),
 ]
 
 
