@@ -218,10 +218,10 @@ def _mesh_frequencies(drivetrain: Drivetrain, turns: Mapping[str, float]) -> dic
 
 
 def _no_frequency(stage: Part, key: str) -> str:
-    toothed = {family.gear for family in stage.mesh_families()}
-    gears = [member for member in stage.members() if member.body in toothed]
-    if all(gear.teeth is None for gear in gears):
-        keys = " or ".join(f"{gear.body.rpartition('.')[2]}.teeth" for gear in gears)
+    meshing = {body for f in stage.mesh_families() for body in (f.gear, *f.others)}
+    gears = [body for body in stage.bodies if f"{stage.name}.{body}" in meshing]
+    if all(stage.member(f"{stage.name}.{gear}").teeth is None for gear in gears):
+        keys = " or ".join(f"{gear}.teeth" for gear in gears)
         return f"stage '{stage.name}': {key} needs the mesh frequency: {keys} is missing"
     return f"stage '{stage.name}': {key} needs a mesh frequency, but the stage does not turn"
 
