@@ -21,7 +21,7 @@ from ..errors import ModelError
 from ..model.parameters import Drivetrain
 from ..signals.waveforms import Waveform
 from ..stages.part import Part
-from ..system.components import Components, SpringKind
+from ..system.components import Components
 from .phasing import Phasing, phasing
 
 ROTATION = {1: 0, 3: 2, 6: 5}  # which of a body's coordinates turns about the shaft, by their count
@@ -131,30 +131,23 @@ def _shaft_orders(drivetrain: Drivetrain, ratio: Mapping[str, float]) -> Iterato
 def _mesh_orders(
     drivetrain: Drivetrain, parts: Components, ratio: Mapping[str, float]
 ) -> Iterator[Order]:
+    springs = {spring.name for spring in parts.springs}
     for stage in drivetrain.stages:
-        passed, rows = teeth_passed(stage, ratio), _mesh_rows(stage, parts)
+        passed = teeth_passed(stage, ratio)
+        rows = [tuple(n for n in family.names if n in springs) for family in stage.mesh_families()]
+        rows = [row for row in rows if row]
         if rows and passed > STANDS_STILL:
             known, phases = _planet_set(stage)
             if not known:
-                rows = tuple((name,) for row in rows for name in row)
+                rows = [(name,) for row in rows for name in row]
             yield Order(
                 f"mesh {stage.name}",
                 passed,
                 mesh_harmonics(stage),
-                rows=rows,
+                rows=tuple(rows),
                 phases=phases,
                 phasing=known,
             )
-
-
-def _mesh_rows(stage: Part, parts: Components) -> tuple[tuple[str, ...], ...]:
-    """A stage's mesh springs by the gear that all of a row have in common."""
-    rows: dict[str, list[str]] = {}
-    for spring in parts.springs:
-        gear = spring.ends[0].body
-        if spring.kind is SpringKind.MESH and gear.partition(".")[0] == stage.name:
-            rows.setdefault(gear, []).append(spring.name)
-    return tuple(tuple(row) for row in rows.values())
 
 
 def _planet_set(stage: Part) -> tuple[tuple[Phasing, ...], tuple[float, ...]]:

@@ -77,6 +77,11 @@ class Coupling(Table):
         return 0.0 in (self.inertia, self.inertia_over_r2)
 
     @property
+    def bodies(self) -> tuple[str, str]:
+        """The two bodies."""
+        return self.first, self.second
+
+    @property
     def ends(self) -> tuple[tuple[str, float | Literal["rigid"]], ...]:
         """The two ends as (body, stiffness)."""
         return ((self.first, self.first_stiffness), (self.second, self.second_stiffness))

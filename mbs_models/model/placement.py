@@ -8,39 +8,68 @@ translations of coupled bodies are then along common axes.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from ..stages.geometry import DIRECTIONS, Frame, Vector
-from ..stages.part import Member, Part
+from ..stages.part import Part
 from .couplings import Coupling
 from .parameters import Drivetrain
 
 
-def facings(drivetrain: Drivetrain) -> dict[str, float]:
-    """Side each part is seen from (±1), so that coupled bodies turn the same way.
+def walk(
+    drivetrain: Drivetrain, parts: Sequence[Part] | None = None
+) -> Iterator[tuple[Coupling | None, str, str]]:
+    """(coupling, body here, body there) along the train, branch by branch, every coupling once.
 
-    Parts are taken in order; a coupling that closes a loop and cannot be satisfied (three external
-    gears in a ring) turns its second body against w: `turnings` says so.
+    Each group of parts begins with (None, "", name of the first of its ``parts``).
+    """
+    joined: dict[str, list[tuple[Coupling, str, str]]] = {p.name: [] for p in drivetrain.parts}
+    for coupling in drivetrain.couplings:
+        for here, there in (coupling.bodies, coupling.bodies[::-1]):
+            joined[here.partition(".")[0]].append((coupling, here, there))
+    known, passed = set[str](), set[str]()
+    for first in parts or drivetrain.parts:
+        waiting: list[tuple[Coupling | None, str, str]] = []
+        if first.name not in known:
+            waiting.append((None, "", first.name))
+        while waiting:
+            over, here, there = waiting.pop()
+            name = there.partition(".")[0]
+            if over is None or over.name not in passed:
+                passed.add(over.name if over else "")
+                yield over, here, there
+                if name not in known:
+                    known.add(name)
+                    waiting += reversed(joined[name])
+
+
+def place_parts(drivetrain: Drivetrain) -> dict[str, Frame]:
+    """Where each part stands, starting from the first: coupled bodies coaxial, turning alike.
+
+    A coupling that closes a loop and cannot be satisfied (three external gears in a ring) turns its
+    second body against w: `turnings` says so.
     """
     members = drivetrain.members
-    found: dict[str, float] = {}
-    for part in drivetrain.parts:
-        if part.name not in found:
-            found[part.name] = 1.0
-            _face_neighbours(drivetrain, members, part.name, found)
-    return found
-
-
-def _face_neighbours(
-    drivetrain: Drivetrain, members: Mapping[str, Member], placed: str, found: dict[str, float]
-) -> None:
-    for here, there in neighbours(drivetrain, placed):
+    frames: dict[str, Frame] = {}
+    for _, here, there in walk(drivetrain):
         name = there.partition(".")[0]
-        if name not in found:
-            found[name] = found[placed] * members[here].sense * members[there].sense
-            _face_neighbours(drivetrain, members, name, found)
+        if name in frames:
+            continue  # closes a loop
+        facing, axis, own = 1.0, np.zeros(3), np.zeros(3)
+        if here:
+            on = frames[here.partition(".")[0]]
+            facing = on.facing * members[here].sense * members[there].sense
+            axis, own = on.point(members[here].centre), members[there].centre
+        axes = axes_facing(drivetrain.part(name), facing)
+        frames[name] = Frame(axis - axes @ own, axes)
+    return frames
+
+
+def facings(drivetrain: Drivetrain) -> dict[str, float]:
+    """Side each part is seen from (±1), so that coupled bodies turn the same way."""
+    return {name: frame.facing for name, frame in place_parts(drivetrain).items()}
 
 
 def turnings(drivetrain: Drivetrain) -> dict[str, float]:
@@ -63,31 +92,8 @@ def hub_ratios(drivetrain: Drivetrain) -> dict[tuple[str, str], float]:
         * turning[body]
         * (coupling.radius / drivetrain.radius(body))
         for coupling in drivetrain.couplings
-        for body in (coupling.first, coupling.second)
+        for body in coupling.bodies
     }
-
-
-def place_parts(drivetrain: Drivetrain) -> dict[str, Frame]:
-    """Where each part stands, starting from the first: coupled bodies coaxial, turning alike."""
-    facing = facings(drivetrain)
-    frames: dict[str, Frame] = {}
-    for part in drivetrain.parts:
-        if part.name not in frames:
-            frames[part.name] = Frame(axes=axes_facing(part, facing[part.name]))
-            _place_neighbours(drivetrain, part.name, facing, frames)
-    return frames
-
-
-def _place_neighbours(
-    drivetrain: Drivetrain, placed: str, facing: dict[str, float], frames: dict[str, Frame]
-) -> None:
-    for here, there in neighbours(drivetrain, placed):
-        name = there.partition(".")[0]
-        if name not in frames:
-            axes = axes_facing(drivetrain.part(name), facing[name])
-            axis = frames[placed].point(drivetrain.member(here).centre)
-            frames[name] = Frame(axis - axes @ drivetrain.member(there).centre, axes)
-            _place_neighbours(drivetrain, name, facing, frames)
 
 
 def axes_facing(part: Part, facing: float) -> Vector:
@@ -96,19 +102,6 @@ def axes_facing(part: Part, facing: float) -> Vector:
     if DIRECTIONS[part.axes[0]] == DIRECTIONS["y"]:
         return np.column_stack([y, np.cross(z, y), z])
     return np.column_stack([np.cross(y, z), y, z])
-
-
-def neighbours(drivetrain: Drivetrain, name: str) -> list[tuple[str, str]]:
-    """(own body, other body) of every coupling of a part."""
-    pairs = []
-    for coupling in drivetrain.couplings:
-        for here, there in (
-            (coupling.first, coupling.second),
-            (coupling.second, coupling.first),
-        ):
-            if here.partition(".")[0] == name:
-                pairs.append((here, there))
-    return pairs
 
 
 def rigid_end(coupling: Coupling) -> tuple[str, float | str]:
@@ -125,11 +118,10 @@ def translation_ends(
     """
     direction = DIRECTIONS[dof]
     first, second = (
-        f"{body}.{drivetrain.member(body).translations[direction]}"
-        for body in (coupling.first, coupling.second)
+        f"{body}.{drivetrain.member(body).translations[direction]}" for body in coupling.bodies
     )
     if direction == DIRECTIONS["u"]:
         return first, second, 1.0
     facing = facings(drivetrain)
-    sides = [facing[body.partition(".")[0]] for body in (coupling.first, coupling.second)]
+    sides = [facing[body.partition(".")[0]] for body in coupling.bodies]
     return first, second, sides[0] * sides[1]

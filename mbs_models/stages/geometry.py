@@ -1,4 +1,4 @@
-"""Where a part stands, and its bodies in it: frames, directions, centre distances."""
+"""Where a part stands, and its bodies in it: frames and directions."""
 
 from __future__ import annotations
 
@@ -43,11 +43,6 @@ class Frame:
     def point(self, position: Vector) -> Vector:
         """A point of the part's frame in global coordinates."""
         return self.origin + self.direction(position)
-
-
-def centre_distance(first_radius: float, second_radius: float, pressure_angle: float) -> float:
-    """d = (r₁ + r₂)/cos α of an external pair of base radii r₁, r₂ (m; α in rad)."""
-    return (first_radius + second_radius) / math.cos(pressure_angle)
 
 
 def radial(angle: float) -> Vector:

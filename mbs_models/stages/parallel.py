@@ -19,11 +19,11 @@ from pydantic import Field, model_validator
 
 from ..contact.involute_mesh import InvolutePair
 from .bodies import Angle, ParallelGear, PressureAngle, Stiffness
-from .geometry import Frame, Vector, centre_distance, radial
+from .geometry import Frame, Vector, radial
 from .given_springs import GivenSpring, gear_springs
 from .mesh_tables import CONSTANT_STIFFNESS, Backlash, MeshVariation, TransmissionError
 from .part import Builder, Kind, Member, MeshFamily, Part, RigidBody, Role, mesh_name
-from .teeth import Gear, check_teeth
+from .teeth import check_teeth
 
 
 class ParallelStage(Part):
@@ -58,8 +58,8 @@ class ParallelStage(Part):
     def members(self) -> tuple[Member, ...]:
         """Pinion and wheel; the wheel turns against the pinion."""
         angle = math.radians(self.pressure_angle)
-        distance = centre_distance(self.pinion.base_radius, self.wheel.base_radius, angle)
         # Seen from the pinion the wheel stands at the pressure angle: so the line of action is y.
+        distance = (self.pinion.base_radius + self.wheel.base_radius) / math.cos(angle)
         centre = distance * radial(angle)
         return (
             self._member(Role.PINION, self.pinion, np.zeros(3), 1.0),
@@ -109,14 +109,6 @@ class ParallelStage(Part):
                 self.mesh_transmission_error,
                 self.mesh_backlash,
             ),
-        )
-
-    def gears(self) -> tuple[Gear, ...]:
-        """Those of pinion and wheel that have teeth."""
-        return tuple(
-            Gear.written(name, gear.teeth, gear.base_radius)
-            for name, gear in (("pinion", self.pinion), ("wheel", self.wheel))
-            if gear.teeth is not None
         )
 
     def given_springs(self) -> Iterator[GivenSpring]:

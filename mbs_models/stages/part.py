@@ -287,7 +287,8 @@ class Part(Table):
 
     def gears(self) -> Sequence[Gear]:
         """Gears of a train that have teeth, with what the digits of their radii allow."""
-        return ()
+        toothed = {m.table: (m.teeth, m.radius) for m in self.members() if m.teeth is not None}
+        return [Gear.written(name, *gear) for name, gear in toothed.items()]
 
     def mesh_phases(
         self, speeds: Mapping[str, float], flanks: Mapping[str, float]

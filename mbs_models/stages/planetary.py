@@ -7,7 +7,7 @@ v along y (planets: tangential), w = r·θ counter-clockwise.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
 from typing import Annotated, Literal, Self
 
@@ -324,24 +324,19 @@ class PlanetaryStage(Part):
         phases = mesh_phases(self.planet_set, turning=turning, sun_drives=pushes * turning > 0.0)
         return dict(zip(sun.names + ring.names, phases.sun + phases.ring, strict=True))
 
-    def gears(self) -> tuple[Gear, ...]:
+    def gears(self) -> Sequence[Gear]:
         """Those that have teeth.
 
         The ring where its own radius or two pressure angles are given: that of a standard set has
         no radius of its own, its teeth are judged by the others'.
         """
-        found = [
-            Gear.written(name, gear.teeth, gear.base_radius)
-            for name, gear in (("sun", self.sun), ("planet", self.planet), ("ring", self.ring))
-            if gear.teeth is not None and gear.base_radius is not None
-        ]
-        if (
-            self.ring.teeth is not None
-            and self.ring.base_radius is None
-            and not self.pressure_angle
-        ):
-            found.append(Gear("ring", self.ring.teeth, self.ring_radius, *self._ring_radii()))
-        return tuple(found)
+        found = [gear for gear in super().gears() if gear.name != "ring"]
+        teeth, given = self.ring.teeth, self.ring.base_radius
+        if teeth is not None and given is not None:
+            found.append(Gear.written("ring", teeth, given))
+        elif teeth is not None and self.pressure_angle is None:
+            found.append(Gear("ring", teeth, self.ring_radius, *self._ring_radii()))
+        return found
 
     def _ring_radii(self) -> tuple[float, float]:
         """Least and largest r_p + (r_s + r_p) cos α_r/cos α_s that the digits allow."""

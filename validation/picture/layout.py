@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbs_models.model.parameters import Coupling, Drivetrain, Part
-from mbs_models.model.placement import neighbours, place_parts
+from mbs_models.model.placement import place_parts, walk
 from mbs_models.stages.geometry import Frame
 from mbs_models.stages.part import Member, Role
 from mbs_models.system.components import GROUND, Components, Spring, SpringKind
@@ -147,39 +147,21 @@ def lay_out(drivetrain: Drivetrain, parts: Components) -> Layout:
 
 def in_order(drivetrain: Drivetrain) -> list[Item]:
     """Parts and couplings along the train, from the end nearest to the first stage."""
-    found: list[Item] = []
+    ends = [{body.partition(".")[0] for body in c.bodies} for c in drivetrain.couplings]
     first = drivetrain.parts[0].name
-    near = {there.partition(".")[0] for _, there in neighbours(drivetrain, first)}
+    near = {name for pair in ends if first in pair for name in pair}
 
     def from_the_end(part: Part) -> tuple[bool, int]:
-        inside = len(_joined(drivetrain, part.name)) > 1
+        inside = sum(part.name in pair for pair in ends) > 1
         return inside, 0 if part.name == first else 1 if part.name in near else 2
 
-    for part in sorted(drivetrain.parts, key=from_the_end):
-        if part not in found:
-            found += _walk(drivetrain, part.name, found)
-    return found
-
-
-def _joined(drivetrain: Drivetrain, name: str) -> list[Coupling]:
-    return [
-        coupling
-        for coupling in drivetrain.couplings
-        if name in (coupling.first.partition(".")[0], coupling.second.partition(".")[0])
-    ]
-
-
-def _walk(drivetrain: Drivetrain, name: str, known: Sequence[Item]) -> list[Item]:
-    walked: list[Item] = [drivetrain.part(name)]
-    for coupling in _joined(drivetrain, name):
-        if coupling in (*known, *walked):
-            continue
-        walked.append(coupling)
-        for body in (coupling.first, coupling.second):
-            other = drivetrain.part(body.partition(".")[0])
-            if other not in (*known, *walked):
-                walked += _walk(drivetrain, other.name, [*known, *walked])
-    return walked
+    found: dict[str, Item] = {}
+    for coupling, _, there in walk(drivetrain, sorted(drivetrain.parts, key=from_the_end)):
+        if coupling is not None:
+            found[coupling.name] = coupling
+        part = drivetrain.part(there.partition(".")[0])
+        found.setdefault(part.name, part)
+    return list(found.values())
 
 
 def item_discs(drivetrain: Drivetrain, item: Item, frames: dict[str, Frame]) -> tuple[Disc, ...]:
