@@ -6,12 +6,16 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Mapping
+from functools import cached_property
 from typing import Annotated, Any, Self, TypeVar, Union, get_args
 
 from pydantic import Field, GetCoreSchemaHandler, model_validator
 from pydantic_core import CoreSchema
 
 from ..errors import ModelError
+from ..representation import listing
 from ..stages.bodies import Table
 from ..stages.geometry import DIRECTIONS
 from ..stages.inertia import Inertia
@@ -20,6 +24,7 @@ from ..stages.part import Member, MeshFamily, Part
 from ..stages.planetary import PlanetaryStage
 from .couplings import Coupling, Translation
 from .excitation_tables import ExcitationTable, require_dof
+from .graph import facings, groups, walk
 from .operation import Operation
 
 __all__ = [
@@ -96,20 +101,20 @@ class Drivetrain(Table):
     def _consistent(self) -> Self:
         if not self.parts:
             raise ValueError("there is nothing in it; give at least one [[stage]] or [[inertia]]")
-        names = [item.name for item in self.items]
-        for name in names:
-            if names.count(name) > 1:
-                raise ValueError(
-                    f"name = '{name}': used {names.count(name)} times; every stage, inertia and "
-                    "coupling needs a name of its own"
-                )
-        bodies = self.bodies
+        names = Counter(item.name for item in self.items)
+        name, times = names.most_common(1)[0]
+        if times > 1:
+            raise ValueError(
+                f"name = '{name}': used {times} times; every stage, inertia and coupling needs a "
+                "name of its own"
+            )
+        known = set(self.bodies)
         for i, coupling in enumerate(self.couplings):
             for key in ("first", "second"):
-                if getattr(coupling, key) not in bodies:
+                if getattr(coupling, key) not in known:
                     raise ValueError(
                         f"coupling[{i}] '{coupling.name}': {key} = {getattr(coupling, key)!r}: "
-                        f"not a body of this drivetrain; allowed: {', '.join(bodies)}"
+                        f"not a body of this drivetrain; allowed: {listing(self.bodies)}"
                     )
             self._check_translations(i, coupling)
         self._check_operation()
@@ -123,7 +128,7 @@ class Drivetrain(Table):
             if body is not None and body not in self.bodies:
                 raise ValueError(
                     f"operation: {key} = {body!r}: not a body of this drivetrain; "
-                    f"allowed: {', '.join(self.bodies)}"
+                    f"allowed: {listing(self.bodies)}"
                 )
 
     def _check_translations(self, i: int, coupling: Coupling) -> None:
@@ -152,7 +157,7 @@ class Drivetrain(Table):
         """The meshes of all stages."""
         return tuple(family for stage in self.stages for family in stage.mesh_families())
 
-    @property
+    @cached_property
     def members(self) -> dict[str, Member]:
         """Every body of every part, by name."""
         return {member.body: member for part in self.parts for member in part.members()}
@@ -168,7 +173,7 @@ class Drivetrain(Table):
 
     def part(self, name: str) -> Part:
         """The stage or inertia of that name."""
-        return next(part for part in self.parts if part.name == name)
+        return self._by_name[name]
 
     def stages_of(self, stage_type: type[P]) -> tuple[P, ...]:
         """Its stages of one type."""
@@ -180,7 +185,7 @@ class Drivetrain(Table):
 
     def member(self, body: str) -> Member:
         """The body of that name."""
-        return self.part(body.partition(".")[0]).member(body)
+        return self.members[body]
 
     def radius(self, body: str) -> float:
         """The radius r of the rotation w = r·θ of a body (m)."""
@@ -196,24 +201,36 @@ class Drivetrain(Table):
             radii |= member.label_radii
         return radii | {f"{coupling.name}.w": coupling.radius for coupling in self.couplings}
 
+    @cached_property
+    def _by_name(self) -> Mapping[str, Part]:
+        return {part.name: part for part in self.parts}
+
+    @cached_property
+    def facing(self) -> Mapping[str, float]:
+        """Side each part is seen from (±1), so that coupled bodies turn the same way."""
+        return facings(walk(self._by_name, self.couplings), self.members)
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """A copy with other values; what was derived from the old ones is left behind."""
+        copy = super().model_copy(update=update, deep=deep)
+        for name in ("members", "_by_name", "facing"):
+            copy.__dict__.pop(name, None)
+        return copy
+
     def groups(self) -> tuple[frozenset[str], ...]:
         """Parts that turn together, as sets of names (connected through couplings)."""
-        groups = [{part.name} for part in self.parts]
-        for coupling in self.couplings:
-            if coupling.transmits:
-                ends = {coupling.first.partition(".")[0], coupling.second.partition(".")[0]}
-                touched = [group for group in groups if group & ends]
-                groups = [g for g in groups if g not in touched] + [set().union(*touched)]
-        return tuple(frozenset(group) for group in groups)
+        transmitting = [coupling for coupling in self.couplings if coupling.transmits]
+        return groups(self._by_name, transmitting)
 
     def warnings(self) -> tuple[str, ...]:
         """What is allowed but probably not meant."""
         main = max(self.groups(), key=len)
+        others = listing(sorted(main))
         named = [("stage", part) for part in self.stages]
         named += [("inertia", part) for part in self.inertias]
         return tuple(
             f"{what} '{part.name}' is not connected to the rest: no torque passes, every FRF "
-            f"between it and {', '.join(sorted(main))} is zero, and each unconnected part has "
+            f"between it and {others} is zero, and each unconnected part has "
             "rigid-body modes of its own"
             for what, part in named
             if part.name not in main

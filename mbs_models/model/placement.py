@@ -8,75 +8,35 @@ translations of coupled bodies are then along common axes.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-
 import numpy as np
 
 from ..stages.geometry import DIRECTIONS, Frame, Vector
 from ..stages.part import Part
 from .couplings import Coupling
+from .graph import walk
 from .parameters import Drivetrain
 
 
-def walk(
-    drivetrain: Drivetrain, parts: Sequence[Part] | None = None
-) -> Iterator[tuple[Coupling | None, str, str]]:
-    """(coupling, body here, body there) along the train, branch by branch, every coupling once.
-
-    Each group of parts begins with (None, "", name of the first of its ``parts``).
-    """
-    joined: dict[str, list[tuple[Coupling, str, str]]] = {p.name: [] for p in drivetrain.parts}
-    for coupling in drivetrain.couplings:
-        for here, there in (coupling.bodies, coupling.bodies[::-1]):
-            joined[here.partition(".")[0]].append((coupling, here, there))
-    known, passed = set[str](), set[str]()
-    for first in parts or drivetrain.parts:
-        waiting: list[tuple[Coupling | None, str, str]] = []
-        if first.name not in known:
-            waiting.append((None, "", first.name))
-        while waiting:
-            over, here, there = waiting.pop()
-            name = there.partition(".")[0]
-            if over is None or over.name not in passed:
-                passed.add(over.name if over else "")
-                yield over, here, there
-                if name not in known:
-                    known.add(name)
-                    waiting += reversed(joined[name])
-
-
 def place_parts(drivetrain: Drivetrain) -> dict[str, Frame]:
-    """Where each part stands, starting from the first: coupled bodies coaxial, turning alike.
-
-    A coupling that closes a loop and cannot be satisfied (three external gears in a ring) turns its
-    second body against w: `turnings` says so.
-    """
+    """Where each part stands, starting from the first: coupled bodies coaxial, turning alike."""
     members = drivetrain.members
     frames: dict[str, Frame] = {}
-    for _, here, there in walk(drivetrain):
+    for _, here, there in walk(drivetrain.facing, drivetrain.couplings):
         name = there.partition(".")[0]
         if name in frames:
             continue  # closes a loop
-        facing, axis, own = 1.0, np.zeros(3), np.zeros(3)
+        axes = axes_facing(drivetrain.part(name), drivetrain.facing[name])
+        frames[name] = Frame(axes=axes)
         if here:
-            on = frames[here.partition(".")[0]]
-            facing = on.facing * members[here].sense * members[there].sense
-            axis, own = on.point(members[here].centre), members[there].centre
-        axes = axes_facing(drivetrain.part(name), facing)
-        frames[name] = Frame(axis - axes @ own, axes)
+            axis = frames[here.partition(".")[0]].point(members[here].centre)
+            frames[name] = Frame(axis - axes @ members[there].centre, axes)
     return frames
-
-
-def facings(drivetrain: Drivetrain) -> dict[str, float]:
-    """Side each part is seen from (±1), so that coupled bodies turn the same way."""
-    return {name: frame.facing for name, frame in place_parts(drivetrain).items()}
 
 
 def turnings(drivetrain: Drivetrain) -> dict[str, float]:
     """Sign of positive w of every body against global counter-clockwise rotation."""
-    facing = facings(drivetrain)
     return {
-        body: facing[body.partition(".")[0]] * member.sense
+        body: drivetrain.facing[body.partition(".")[0]] * member.sense
         for body, member in drivetrain.members.items()
     }
 
@@ -86,11 +46,11 @@ def hub_ratios(drivetrain: Drivetrain) -> dict[tuple[str, str], float]:
 
     r_hub/r_body; negative only in a loop that no orientation of its parts can satisfy.
     """
-    turning = turnings(drivetrain)
+    turning, members = turnings(drivetrain), drivetrain.members
     return {
         (coupling.name, body): turning[coupling.first]
         * turning[body]
-        * (coupling.radius / drivetrain.radius(body))
+        * (coupling.radius / members[body].radius)
         for coupling in drivetrain.couplings
         for body in coupling.bodies
     }
@@ -122,6 +82,5 @@ def translation_ends(
     )
     if direction == DIRECTIONS["u"]:
         return first, second, 1.0
-    facing = facings(drivetrain)
-    sides = [facing[body.partition(".")[0]] for body in coupling.bodies]
+    sides = [drivetrain.facing[body.partition(".")[0]] for body in coupling.bodies]
     return first, second, sides[0] * sides[1]

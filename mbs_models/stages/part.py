@@ -58,7 +58,7 @@ def mesh_name(first: str, second: str) -> str:
     return f"mesh {first} – {member if first.startswith(f'{stage}.') else second}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # arrays do not compare
 class Member:
     """A rigid body of a part.
 

@@ -15,8 +15,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from mbs_models.model.graph import walk
 from mbs_models.model.parameters import Coupling, Drivetrain, Part
-from mbs_models.model.placement import place_parts, walk
+from mbs_models.model.placement import place_parts
 from mbs_models.stages.geometry import Frame
 from mbs_models.stages.part import Member, Role
 from mbs_models.system.components import GROUND, Components, Spring, SpringKind
@@ -156,7 +157,8 @@ def in_order(drivetrain: Drivetrain) -> list[Item]:
         return inside, 0 if part.name == first else 1 if part.name in near else 2
 
     found: dict[str, Item] = {}
-    for coupling, _, there in walk(drivetrain, sorted(drivetrain.parts, key=from_the_end)):
+    names = [part.name for part in sorted(drivetrain.parts, key=from_the_end)]
+    for coupling, _, there in walk(names, drivetrain.couplings):
         if coupling is not None:
             found[coupling.name] = coupling
         part = drivetrain.part(there.partition(".")[0])

@@ -74,24 +74,24 @@ def drivetrain_system(drivetrain: Drivetrain) -> SecondOrderSystem:
 
 def drivetrain_elements(drivetrain: Drivetrain) -> Lumped:
     """Inertias, springs and ties of the whole drivetrain."""
-    lumped = Lumped()
+    lumped, ratios = Lumped(), hub_ratios(drivetrain)
     for part in drivetrain.parts:
         lumped += part_elements(part)
     for coupling in drivetrain.couplings:
-        lumped += _hub(drivetrain, coupling, coupling.ends, share=1.0)
+        lumped += _hub(ratios, coupling, coupling.ends, share=1.0)
         lumped += _translations(drivetrain, coupling)
     return lumped
 
 
 def stage_system(drivetrain: Drivetrain, name: str) -> SecondOrderSystem:
     """M, C, K of one stage with its halves of the hubs (seed paper, Eqs. 6, 7, 10)."""
-    lumped = part_elements(drivetrain.part(name))
+    lumped, ratios = part_elements(drivetrain.part(name)), hub_ratios(drivetrain)
     for coupling in drivetrain.couplings:
         ends = [end for end in coupling.ends if end[0].partition(".")[0] == name]
         if coupling.massless:  # cut at the rigid end, its spring left to the joint
             ends = [end for end in ends if end == rigid_end(coupling)]
         if ends:
-            lumped += _hub(drivetrain, coupling, ends, share=0.5)
+            lumped += _hub(ratios, coupling, ends, share=0.5)
     return assemble(lumped, drivetrain.damping)
 
 
@@ -136,19 +136,19 @@ def assemble(lumped: Lumped, damping: Damping) -> SecondOrderSystem:
     mass = np.diag([inertia for _, inertia in lumped.inertias])
     stiffness, dampers = np.zeros_like(mass), alpha * mass
     for spring in lumped.springs:
-        v = np.zeros(len(labels))
-        for label, coefficient in spring.deflection.items():
-            v[place[label]] += coefficient
+        v = np.array(list(spring.deflection.values()))
+        at = np.ix_(*2 * ([place[label] for label in spring.deflection],))
         c = beta * spring.stiffness if spring.damping is None else spring.damping
-        stiffness += spring.stiffness * np.outer(v, v)
-        dampers += c * np.outer(v, v)
+        stiffness[at] += spring.stiffness * np.outer(v, v)
+        dampers[at] += c * np.outer(v, v)
 
     derived = _resolve(lumped.ties)
     dofs = tuple(label for label in labels if label not in derived)
+    column = {label: j for j, label in enumerate(dofs)}
     reduction = np.zeros((len(labels), len(dofs)))
     for row, label in enumerate(labels):
         leader, factor = derived.get(label, (label, 1.0))
-        reduction[row, dofs.index(leader)] = factor
+        reduction[row, column[leader]] = factor
     mass, dampers, stiffness = (reduction.T @ m @ reduction for m in (mass, dampers, stiffness))
     return SecondOrderSystem(mass, dampers, stiffness, dofs, derived)
 
@@ -352,13 +352,12 @@ def _planet_bearing_tangential(stage: PlanetaryStage, planet: str, phi: float) -
 
 
 def _hub(
-    drivetrain: Drivetrain,
+    ratios: Mapping[tuple[str, str], float],
     coupling: Coupling,
     ends: Sequence[tuple[str, float | str]],
     share: float,
 ) -> Lumped:
     """A share of the hub's inertia and its springs δ = (r/r_body)·w_body − w_hub."""
-    ratios = hub_ratios(drivetrain)
     hub = f"{coupling.name}.w"
     springs: list[Spring] = []
     ties: list[tuple[str, tuple[str, float]]] = []
