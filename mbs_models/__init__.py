@@ -4,7 +4,8 @@ Parameters
     `load`, `loads`, `dumps`, `preset_names`: model files and presets.
     `Drivetrain` of `ParallelStage`, `PlanetaryStage`, `Inertia`, `Coupling`, `Damping`.
     A stage type of one's own is a `Part` of `Member`s, each with its `Role`, known to model files
-    by `register_stage` (and to the equations too by ``validation.register_stage``).
+    by `register_stage` (and to the equations too by ``validation.register_stage``) until
+    `unregister_stage`.
 Systems
     `build_drivetrain`, `build_stage` make a `MultibodySystem`, `linearize` its M, C, K as a
     `LinearizedSystem`; `drivetrain_components` reads its springs and bodies back.

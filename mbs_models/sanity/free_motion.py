@@ -18,7 +18,7 @@ from ..stages.given_springs import SpringKind
 from ..stages.part import Part, Role
 from ..system.components import Components
 from .finding import Finding
-from .stiffness_ranges import RANGES
+from .stiffnesses import RANGES
 
 FloatArray = NDArray[np.float64]
 

@@ -8,9 +8,8 @@ from typing import TypeVar
 from ..model.parameters import Coupling, Drivetrain, Part
 from .finding import Finding
 from .masses import diametral_inertias_fit_polar, inertias_fit_masses, masses_fit_radii
-from .neighbours import off_their_neighbours
-from .stiffness_ranges import stiffnesses_in_range
-from .tooth_rules import ring_closes, teeth_fit_radii
+from .stiffnesses import off_their_neighbours, stiffnesses_in_range
+from .teeth import ring_closes, teeth_fit_radii
 from .units import (
     gaps_and_errors_in_metres,
     helix_angles_in_degrees,

@@ -11,7 +11,7 @@ from mbs_models.model.model_file import load
 from mbs_models.model.parameters import Drivetrain
 from mbs_models.sanity.free_motion import count_free_rotations, free_to_move, input_turns
 from mbs_models.sanity.rules import findings
-from mbs_models.sanity.tooth_loads import teeth_carry_load
+from mbs_models.sanity.teeth import teeth_carry_load
 from mbs_models.system.read_back import drivetrain_components
 
 from ..checks.model_warnings import model_warnings

@@ -11,8 +11,8 @@ from mbs_models.errors import ModelError
 from mbs_models.model.model_file import load, loads, template
 from mbs_models.model.parameters import Drivetrain
 from mbs_models.sanity.free_motion import count_free_rotations, free_to_move, input_turns
-from mbs_models.sanity.neighbours import off_their_neighbours
 from mbs_models.sanity.rules import findings
+from mbs_models.sanity.stiffnesses import off_their_neighbours
 from mbs_models.system.read_back import drivetrain_components
 from tests.strategies import changed, drivetrains, with_stage
 
