@@ -128,14 +128,14 @@ def _loose_members(drivetrain: Drivetrain, stage: Part) -> Iterator[Finding]:
         body: spring
         for spring in stage.given_springs()
         for body in (dof.removesuffix(".w") for dof in spring.holds)
-        if spring.kind is SpringKind.SUPPORT
+        if spring.kind is SpringKind.TORSION
         and spring.value == 0.0
         and f"{stage.name}.{body}" not in taken
     }
     if loose:
         first, *others = sorted(loose, key=lambda body: (body != Role.RING, body))
         too = f" ({' and '.join(others)} too)" if others else ""
-        low, high = RANGES[SpringKind.SUPPORT]
+        low, high = RANGES[SpringKind.TORSION]
         reason = (
             f"the {first} turns freely{too}: no torque passes through the stage; expected it held "
             f"({low:.1e} to {high:.1e} N/m at its radius) or coupled"

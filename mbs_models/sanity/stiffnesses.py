@@ -25,7 +25,7 @@ LEEWAY = 3.0  # for aluminium, contact ratios, thin rims: a wrong unit is a thou
 RANGES: Mapping[SpringKind, tuple[float, float]] = {
     SpringKind.BEARING: (1e6, 1e11),
     SpringKind.ROCKING: (1e5, 1e12),
-    SpringKind.SUPPORT: (1e7, 1e12),
+    SpringKind.TORSION: (1e7, 1e12),
     SpringKind.SHAFT: (1e3, 1e12),
 }
 # From here on no machine element is as stiff: it stands for something rigid, as it may.
@@ -44,7 +44,7 @@ def stiffnesses_in_range(part: Part | Coupling) -> Iterator[Finding]:
         fits = f"; that is a mesh of steel gears {spring.diameter * 1e3:.3g} mm in diameter"
         if spring.kind is not SpringKind.MESH:
             low, high = RANGES[spring.kind]
-            fits = f" for {spring.kind.value}"
+            fits = f" for a {spring.kind}"
         if _outside(spring, low, high):
             reason = f"expected {low:.1e} to {high:.1e} N/m{fits}{_slip(spring.value, low, high)}"
             yield Finding(part.name, spring.key, spring.written, reason)

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from enum import Enum
+from enum import StrEnum
 
 from .bodies import CentralMember, Matrix2, ParallelGear, Table
 
 
-class SpringKind(Enum):
-    """What a spring is in the machine."""
+class SpringKind(StrEnum):
+    """What a spring is there for."""
 
-    MESH = "a mesh"
-    BEARING = "a bearing"
-    ROCKING = "a bearing's rocking stiffness"
-    SUPPORT = "a torsional support"
-    SHAFT = "a shaft"
+    BEARING = "bearing"  # between a body's centre and ground, or the body that carries it
+    ROCKING = "rocking support"
+    TORSION = "torsional support"
+    MESH = "mesh"
+    SHAFT = "shaft"  # torsion spring between two bodies
+    TRANSLATION = "coupled translation"
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,7 @@ def member_springs(name: str, member: CentralMember, radius: float) -> Iterator[
     rotary = member.torsional_stiffness is not None
     key = "torsional_stiffness" if rotary else "torsional_support"
     seen, holds = member.torsional_support_at(radius), f"{name}.w"
-    yield _rotary(f"{name}.{key}", member.torsional_stiffness, seen, SpringKind.SUPPORT, holds)
+    yield _rotary(f"{name}.{key}", member.torsional_stiffness, seen, SpringKind.TORSION, holds)
 
 
 def _rotary(

@@ -92,7 +92,7 @@ def _lines(
     for body in drivetrain.bodies:
         carried = f"  {with_prefix(flow.torques[body], 'N m')}" if body in flow.torques else ""
         yield f"  {body:{width}}  {_rounded(flow.speeds[body]):>8} rpm{carried}"
-    for stage in drivetrain.stages:
+    for stage in (stage for stage in drivetrain.stages if stage.mesh_families()):
         frequency = flow.mesh_frequencies.get(stage.name)
         known = "none without teeth that turn"
         if frequency is not None:

@@ -239,10 +239,10 @@ def _draw_spring(panel: Panel, one: Spring) -> str:
         content = "".join(_bearing(panel, one))
     elif one.kind is SpringKind.TORSION:
         content = _torsion(panel, one)
-    return group(content, title=_in_words(one)) if content else ""
+    return group(content, title=_describe(one)) if content else ""
 
 
-def _in_words(one: Spring) -> str:
+def _describe(one: Spring) -> str:
     values = " and ".join(f"{value:.4g}" for value in np.linalg.eigvalsh(one.stiffness))
     unit = "N m/rad" if one.kind in (SpringKind.TORSION, SpringKind.ROCKING) else "N/m"
     return f"{one.name}: {values} {unit}"

@@ -1,4 +1,4 @@
-"""The paper's lumped matrices from mesh vectors: the third witness.
+"""The paper's lumped matrices from mesh vectors: a route of their own.
 
 Every spring of stiffness k deflects by δ = vᵀq, so K = Σ k v vᵀ; C = β K + α M element by element.
 The vectors are the printed equations (seed paper, Eqs. 1 and 9), with two misprints put right:

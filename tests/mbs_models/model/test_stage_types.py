@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import ast
 import math
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -13,6 +15,7 @@ from mbs_models import Kind, Member, Part, Role, loads, register_stage, unregist
 from mbs_models.errors import ModelError
 from mbs_models.gears.power_flow import power_flow
 from mbs_models.modal.modes import drivetrain_modes
+from mbs_models.model import parameters
 from mbs_models.model.model_file import dumps, template
 from mbs_models.model.parameters import Drivetrain, stage_types
 from mbs_models.sanity.rules import findings
@@ -21,6 +24,8 @@ from mbs_models.stages.parallel import ParallelStage
 from mbs_models.stages.part import Builder, RigidBody
 from mbs_models.stages.planetary import PlanetaryStage
 from validation.routes import equations
+
+STAGE_TYPES = {"ParallelStage", "PlanetaryStage", "Inertia"}
 
 
 class Shaft(Part):
@@ -142,3 +147,49 @@ def test_what_is_no_stage_type_is_refused() -> None:
     with pytest.raises(ModelError, match=r"register_stage\(Taken\): type = 'planetary' comes"):
         register_stage(Taken)
     assert stage_types() == (ParallelStage, PlanetaryStage)
+
+
+def names_in(node: ast.AST) -> set[str]:
+    return {n.id for n in ast.walk(node) if isinstance(n, ast.Name)} | {
+        n.attr for n in ast.walk(node) if isinstance(n, ast.Attribute)
+    }
+
+
+def asks_for_a_type(node: ast.AST) -> bool:
+    """``isinstance(x, T)``, ``type(x) is T``, ``case T():`` and ``x.type == …``."""
+    if isinstance(node, ast.Call) and getattr(node.func, "id", "") in ("isinstance", "issubclass"):
+        return bool(STAGE_TYPES & names_in(node.args[1]))
+    if isinstance(node, ast.MatchClass):
+        return bool(STAGE_TYPES & names_in(node.cls))
+    if isinstance(node, ast.Compare):
+        sides = [node.left, *node.comparators]
+        asked = any(isinstance(side, ast.Attribute) and side.attr == "type" for side in sides)
+        return asked or bool(STAGE_TYPES & names_in(node) and "type" in names_in(node))
+    return False
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "isinstance(x, ParallelStage | Inertia)",
+        "issubclass(x, parameters.PlanetaryStage)",
+        "type(x) is Inertia",
+        "x.type == 'parallel'",
+        "match x:\n case PlanetaryStage():\n  pass",
+    ],
+)
+def test_what_asks_for_a_type(code: str) -> None:
+    assert any(asks_for_a_type(node) for node in ast.walk(ast.parse(code)))
+
+
+def test_nobody_asks_of_which_type_a_stage_is() -> None:
+    """What differs is a member of `Part`, or a function registered for the type."""
+    root = Path(parameters.__file__).parents[2]
+    found = [
+        f"{path.relative_to(root)}:{node.lineno}"
+        for package in ("mbs_models", "validation")
+        for path in sorted((root / package).rglob("*.py"))
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if asks_for_a_type(node)
+    ]
+    assert found == []
