@@ -260,7 +260,7 @@ class Part(Table):
     @property
     def caption(self) -> str:
         """What it is, in a word or two."""
-        return f"{getattr(self, 'type', 'part')} stage"
+        return type(self).__name__.lower()
 
     def describe(self) -> str:
         """What it was understood to be, in a line."""
@@ -287,7 +287,11 @@ class Part(Table):
 
     def gears(self) -> Sequence[Gear]:
         """Gears of a train that have teeth, with what the digits of their radii allow."""
-        toothed = {m.table: (m.teeth, m.radius) for m in self.members() if m.teeth is not None}
+        toothed = {
+            member.table or member.body.partition(".")[2]: (member.teeth, member.radius)
+            for member in self.members()
+            if member.teeth is not None
+        }
         return [Gear.written(name, *gear) for name, gear in toothed.items()]
 
     def mesh_phases(

@@ -84,7 +84,7 @@ def shaft() -> Iterator[type[Part]]:
 def test_a_type_is_known_while_it_is_registered(shaft: type[Part]) -> None:
     assert stage_types() == (ParallelStage, PlanetaryStage, shaft)
     (stage,) = loads(f'name = "s"\n{SHAFT}').stages
-    assert stage.describe() == "shaft stage, 2 DoFs"
+    assert stage.describe() == "shaft, 2 DoFs"
     unregister_stage("shaft")
     with pytest.raises(ModelError, match=r'type = "shaft": must be "parallel" or "planetary"$'):
         loads(f'name = "s"\n{SHAFT}')
