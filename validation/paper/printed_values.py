@@ -1,8 +1,10 @@
-"""The numbers the seed paper prints. Nothing is computed from them but deviations."""
+"""The numbers the paper prints. Nothing is computed from them but deviations."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+
+import numpy as np
 
 from mbs_models.modal.mode_kinds import Kind
 
@@ -96,3 +98,6 @@ GLOBAL_PEAK_HZ = 70.0
 
 NUMBERED_AS_SECOND_PLANET = 13
 """Fig. 6(b): the DoF whose caption says u of the second planet."""
+
+PROBE_HZ = np.arange(105.0, 4000.0, 10.0)
+"""Lines on which printed formulas are compared, off the poles of the presets."""

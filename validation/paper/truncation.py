@@ -4,34 +4,123 @@
 
 is coupled with the exact FRFs of A and held against the full system. The highest mode of B is the
 hub's (the paper's coupling mode).
+
+An error counts by what the two DoFs do at that line, |ΔH_ij|/√(h_i h_j) with h the row norms of H:
+in a deep antiresonance H_ij nearly vanishes and a tiny absolute error is many dB, where there is
+next to no motion to measure. Errors in dB are shown; verdicts rest on the scaled ones.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from fbs import Frf, couple, direct_frf, modal_frf, truncate
 
+from ..arrays import FloatArray
 from ..checks.metrics import frac, scaled_error
-from .curves import FrfBench, PaperBand, RouteName, difference, points_of, scale
-from .model import with_loss_factor
-from .results import Curve, Difference, FloatArray
-from .truncation_results import SmallestBasis, TruncationRow, TruncationStudy
+from .bench import Bench, PaperBand, RouteName, difference, points_of, scale, with_loss_factor
+from .item import Curve, Difference
 
 BAND = PaperBand(4000.0, 1.0)
 LOSS_FACTOR = 0.01
 ORDERS: tuple[int | None, ...] = (None, 0, 1, 2)
 HIGHEST_ORDER = 3
 
-NOTE = (
-    "Structural damping K(1 + jη) in every spring keeps the peaks finite, so that an error in dB "
-    "means something. The FRFs listed are judged in dB. Over all FRFs the scaled error is used, "
-    "|ΔH_ij|/√(h_i h_j) with h the row norms of H: in a deep antiresonance H_ij nearly vanishes, a "
-    "tiny absolute error is many dB there, where there is next to no motion to measure."
-)
+
+@dataclass(frozen=True)
+class TruncationRow:
+    """One basis of subsystem B and how wrong it makes the coupled FRFs below the band's end.
+
+    Attributes
+    ----------
+    left_out
+        How many modes beyond the band are left out.
+    hub_mode
+        Whether the hub's own mode (the highest) is kept.
+    kept
+        How many modes are kept.
+    residual_order
+        None: no residual; 0: static; k: up to ω^(2k).
+    worst_db, worst_db_hz, level_there
+        FRF (in words) → largest error in dB, at which line, and how |H| stands there against its
+        median over the band (dB; far below it in an antiresonance).
+    worst_scaled, frac
+        FRF → largest scaled error, FRAC.
+    """
+
+    left_out: int
+    hub_mode: bool
+    kept: int
+    residual_order: int | None
+    worst_db: Mapping[str, float]
+    worst_db_hz: Mapping[str, float]
+    level_there: Mapping[str, float]
+    worst_scaled: Mapping[str, float]
+    frac: Mapping[str, float]
+
+    @property
+    def largest_db(self) -> float:
+        """The largest error over all FRFs of the row that are not zero (dB)."""
+        return max((v for v in self.worst_db.values() if not np.isnan(v)), default=0.0)
+
+    @property
+    def largest_scaled(self) -> float:
+        """The largest scaled error over all FRFs of the row."""
+        return max(self.worst_scaled.values())
+
+
+@dataclass(frozen=True)
+class SmallestBasis:
+    """The fewest modes that meet the tolerance with residuals up to an order (None: none)."""
+
+    residual_order: int | None
+    kept: int | None
+    highest_kept_hz: float
+    worst_db: float
+
+
+@dataclass(frozen=True)
+class TruncationStudy:
+    """Modes of subsystem B left out one by one from the top (Figs. 13–16).
+
+    Attributes
+    ----------
+    band_hz, loss_factor
+        Upper end of the band; η of the structural damping of every spring.
+    rows
+        Every basis.
+    tolerance_db, smallest
+        The tolerance and, by residual order, the smallest basis that meets it in the FRFs listed.
+    series_limit_hz
+        The first mode beyond the band, below which the residual series converges.
+    order_ratio
+        Scaled error over *all* FRFs at the band's end, by residual order 0, 1, 2, …; the last
+        entry of each pair is its ratio to the one before (None for the first).
+    expected_ratio
+        (band/series limit)², what one more order is worth at the band's end.
+    """
+
+    band_hz: float
+    loss_factor: float
+    rows: tuple[TruncationRow, ...]
+    tolerance_db: float
+    smallest: tuple[SmallestBasis, ...]
+    series_limit_hz: float
+    order_ratio: tuple[tuple[int, float, float | None], ...]
+    expected_ratio: float
+
+    def row(self, left_out: int, hub_mode: bool, order: int | None) -> TruncationRow:
+        """The row of a basis."""
+        wanted = (left_out, hub_mode, order)
+        return next(r for r in self.rows if (r.left_out, r.hub_mode, r.residual_order) == wanted)
+
+    @property
+    def beyond(self) -> int:
+        """How many modes lie beyond the band."""
+        return max(row.left_out for row in self.rows)
 
 
 @dataclass(frozen=True)
@@ -52,24 +141,24 @@ class Basis:
 class TruncationBench:
     """Coupled FRFs with a truncated subsystem B, and the exact ones of the full system."""
 
-    def __init__(self, bench: FrfBench, shaft: float | None = None) -> None:
+    def __init__(self, bench: Bench, shaft: float | None = None) -> None:
         case = bench.case
         self.bench = bench
         self.shaft = case.shaft_stiffness if shaft is None else shaft
-        self.model = bench.systems.exudyn(self.shaft)
-        self.a, self.b = case.parallel.name, case.planetary.name
+        self.model = bench.exudyn(self.shaft)
+        self.a, self.b = case.a, case.b
         self.frequency = bench.axis(BAND, self.shaft).frequency
         self.system = with_loss_factor(self.model.stages[self.b], LOSS_FACTOR)
-        self.modes = bench.systems.modes(self.b, self.shaft)
+        self.modes = bench.modes(self.b, self.shaft)
         stage = with_loss_factor(self.model.stages[self.a], LOSS_FACTOR)
         labels = points_of(stage, self.labels)
         self.stage_a = direct_frf(stage, self.frequency, labels, labels)
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Labels of the FRFs judged or drawn."""
-        a, b = self.a, self.b
-        return f"{a}.pinion.w", f"{a}.pinion.y", self.bench.case.hub, f"{b}.sun.u", f"{b}.sun.w"
+        """Labels of the FRFs compared or drawn."""
+        names = ("A.pinion.w", "A.pinion.y", "hub", "B.sun.u", "B.sun.w")
+        return tuple(map(self.bench.case.label, names))
 
     @property
     def count(self) -> int:
@@ -83,7 +172,7 @@ class TruncationBench:
 
     @property
     def pairs(self) -> dict[str, tuple[str, str]]:
-        """The FRFs judged in dB, by name: (response, excitation)."""
+        """The FRFs compared, by name: (response, excitation)."""
         hub, sun, pinion = self.bench.case.hub, f"{self.b}.sun", f"{self.a}.pinion.w"
         return {
             "hub": (hub, hub),
@@ -135,17 +224,9 @@ class TruncationBench:
         return float(20.0 * np.log10(size[line] / np.median(size)))
 
 
-def truncation_study(bench: FrfBench, tolerance_db: float) -> TruncationStudy:
-    """Every basis from all modes to none beyond the band, and what its FRFs are worth.
-
-    Parameters
-    ----------
-    bench
-        FRFs of the study.
-    tolerance_db
-        Largest error allowed of the FRFs listed, for the smallest basis.
-    """
-    trunk = TruncationBench(bench)
+def truncation_study(bench: Bench) -> TruncationStudy:
+    """Every basis from all modes to none beyond the band, and what its FRFs are worth."""
+    trunk, tolerance_db = bench.once(TruncationBench), bench.tolerance_db
     rows = tuple(trunk.row(basis) for basis in _bases(trunk.beyond))
     limit = _first_beyond(trunk)
     ratios = order_errors(trunk)
@@ -161,11 +242,10 @@ def truncation_study(bench: FrfBench, tolerance_db: float) -> TruncationStudy:
             for order, error in enumerate(ratios)
         ),
         expected_ratio=(BAND.end / limit) ** 2,
-        note=NOTE + _hub_note(trunk),
     )
 
 
-def _hub_note(trunk: TruncationBench) -> str:
+def hub_note(trunk: TruncationBench) -> str:
     """Where the hub's mode is, if it is not the highest."""
     share = np.abs(trunk.modes.shapes[trunk.modes.dofs.index(trunk.bench.case.hub)])
     mode = int(np.argmax(share[trunk.modes.n_rigid :])) + trunk.modes.n_rigid
@@ -173,7 +253,7 @@ def _hub_note(trunk: TruncationBench) -> str:
         return ""
     where = trunk.modes.natural_frequencies[mode]
     return (
-        f" In this model the hub moves most in the mode at {where:.1f} Hz, which is not the "
+        f"In this model the hub moves most in the mode at {where:.1f} Hz, which is not the "
         "highest: what is called the hub's mode here is the highest mode."
     )
 
@@ -211,16 +291,26 @@ def order_errors(trunk: TruncationBench) -> tuple[float, ...]:
     Modes beyond the band are all left out; the error of one left-out mode falls by (f/f_r)² with
     every order.
     """
-    line: FloatArray = np.array([BAND.end])
+    return tuple(
+        float(error.max())
+        for error in all_errors(
+            trunk,
+            np.array([BAND.end]),
+            [Basis(trunk.beyond, False, order) for order in range(HIGHEST_ORDER + 1)],
+        )
+    )
+
+
+def all_errors(
+    trunk: TruncationBench, line: FloatArray, bases: Sequence[Basis]
+) -> Iterator[FloatArray]:
+    """Scaled errors (n_frequency, n, n) over all FRFs of AB, in the whole's labels, by basis."""
     whole = with_loss_factor(trunk.model.whole, LOSS_FACTOR)
     labels = whole.labels
     exact = direct_frf(whole, line)
     a = direct_frf(with_loss_factor(trunk.model.stages[trunk.a], LOSS_FACTOR), line)
-    errors = []
-    for order in range(HIGHEST_ORDER + 1):
-        kept = Basis(trunk.beyond, False, order).kept(trunk.count)
-        b = modal_frf(trunk.system, line, modes=truncate(trunk.system, kept, order, trunk.modes))
+    for basis in bases:
+        kept = truncate(trunk.system, basis.kept(trunk.count), basis.residual_order, trunk.modes)
+        b = modal_frf(trunk.system, line, modes=kept)
         coupled = couple({trunk.a: a, trunk.b: b}, trunk.model.joints).frf
-        error = scaled_error(exact.values, coupled.select(labels, labels).values)
-        errors.append(float(error.max()))
-    return tuple(errors)
+        yield scaled_error(exact.values, coupled.select(labels, labels).values)

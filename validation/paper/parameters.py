@@ -11,7 +11,7 @@ from mbs_models.model.model_file import load
 
 from ..checks.published import PUBLISHED
 from ..routes import equations
-from .curves import FrfBench
+from .curves import Bench
 from .formula_claims import formula_claims, natural_frequencies
 from .method_claims import method_claims
 from .model import PaperCase
@@ -33,7 +33,7 @@ LIN_PARKER = ("lin-parker-3", "lin-parker-4", "lin-parker-5")
 
 def claims(
     cases: Mapping[str, PaperCase],
-    bench: FrfBench,
+    bench: Bench,
     truncation: TruncationStudy | None,
     timing: TimingStudy | None,
     tolerance_db: float,
@@ -48,7 +48,7 @@ def claims(
     )
 
 
-def model_claims(cases: Mapping[str, PaperCase], bench: FrfBench) -> Iterator[Claim]:
+def model_claims(cases: Mapping[str, PaperCase], bench: Bench) -> Iterator[Claim]:
     """Secs. 2 and 4.1: the parameters and what they give."""
     yield parameters_claim(cases)
     yield lin_parker_claim()
@@ -56,8 +56,13 @@ def model_claims(cases: Mapping[str, PaperCase], bench: FrfBench) -> Iterator[Cl
     yield hub_inertia_claim(bench.case)
 
 
-def parameters_claim(cases: Mapping[str, PaperCase]) -> Claim:
-    """Do Table 2's parameters give Table 3?"""
+@statement(
+    "table3-parameters", "Parameters of the planetary stage", "Sec. 4, Tables 2, 3",
+    "The mechanical parameters of the studied system are given in Tables 1 and 2; Table 3 has "
+    "its frequencies.",
+    "the planetary rows of Table 3 with both parameter sets",
+)  # fmt: skip
+def parameters(bench: Bench) -> Finding:
     table = table_3(cases)
     of_b = [r for r in table.rows if r.kind not in (Kind.PARALLEL_STAGE, Kind.GLOBAL)]
     hits = {
@@ -72,11 +77,7 @@ def parameters_claim(cases: Mapping[str, PaperCase]) -> Claim:
     words = ", ".join(f"{count} of {len(of_b)} rows with {name}" for name, count in hits.items())
     first, second = hits.values()
     missed = [r.printed for r in table.rows if r.verdict != RowVerdict.REPRODUCED]
-    return Claim(
-        "table3-parameters", "Parameters of the planetary stage",
-        "The mechanical parameters of the studied system are given in Tables 1 and 2; Table 3 has "
-        "its frequencies.", "Sec. 4, Tables 2, 3",
-        "the planetary rows of Table 3 with both parameter sets",
+    return Finding(
         Verdict.HOLDS if second >= first else Verdict.FAILS,
         f"{words}: Table 3's planetary columns are the gear set of Lin & Parker (1999), not Table "
         f"2's. Rows that no set gives as printed: {', '.join(missed) or 'none'}"
@@ -86,8 +87,12 @@ def parameters_claim(cases: Mapping[str, PaperCase]) -> Claim:
     )  # fmt: skip
 
 
-def lin_parker_claim() -> Claim:
-    """Are ref. [33]'s frequencies and multiplicities those of the model?"""
+@statement(
+    "lin-parker", "Check with the literature", "Sec. 4.1, ref. [33]",
+    "Natural frequencies and multiplicities for N = 3, 4, 5 are those of Lin & Parker.",
+    "exudyn's modes of the three gear sets against the published tables",
+)  # fmt: skip
+def lin_parker(bench: Bench) -> Finding:
     from mbs_models.modal.modes import drivetrain_modes  # exudyn takes its time to load
 
     worst, counted = 0.0, True
@@ -100,10 +105,7 @@ def lin_parker_claim() -> Claim:
             if len(found) == len(expected) and kind != Kind.RIGID_BODY and expected:
                 worst = max(worst, float(np.max(np.abs(found / expected - 1.0))))
     holds = counted and worst <= min(published.tolerance for published in tables.values())
-    return Claim(
-        "lin-parker", "Check with the literature",
-        "Natural frequencies and multiplicities for N = 3, 4, 5 are those of Lin & Parker.",
-        "Sec. 4.1, ref. [33]", "exudyn's modes of the three gear sets against the published tables",
+    return Finding(
         Verdict.HOLDS if holds else Verdict.FAILS,
         f"the numbers of modes of each kind {'agree' if counted else 'differ'}, the frequencies to "
         f"{worst:.1e}",
@@ -111,22 +113,28 @@ def lin_parker_claim() -> Claim:
     )  # fmt: skip
 
 
-def radii_claim() -> Claim:
-    """Does Table 2 agree with itself?"""
+@statement(
+    "table2-radii", "Base radii", "Table 2",
+    "Base radii 0.024 (sun), 0.056 (ring), 0.016 m (planet).",
+    "r_r − (r_s + 2 r_p), which equal pressure angles ask to be zero",
+)  # fmt: skip
+def radii(bench: Bench) -> Finding:
     r = TABLE_2_BASE_RADII
     gap = r["ring"] - r["sun"] - 2.0 * r["planet"]
-    return Claim(
-        "table2-radii", "Base radii",
-        "Base radii 0.024 (sun), 0.056 (ring), 0.016 m (planet).", "Table 2",
-        "r_r − (r_s + 2 r_p), which equal pressure angles ask to be zero",
+    return Finding(
         Verdict.HOLDS if abs(gap) <= 5e-4 else Verdict.FAILS,
         f"r_r − (r_s + 2 r_p) = {gap * 1e3:.1f} mm, printed to 1 mm",
         {"gap_m": gap},
     )  # fmt: skip
 
 
-def hub_inertia_claim(case: PaperCase) -> Claim:
-    """Does it matter which unit I_A has?"""
+@statement(
+    "hub-unit", "Unit of the hub's inertia", "Table 1",
+    f"I_A = {HUB_INERTIA:g} kg m², among inertias I/r² in kg.",
+    "natural frequencies to 15 kHz with I_A in kg m² and with I_A/r² in kg",
+)  # fmt: skip
+def hub_inertia(bench: Bench) -> Finding:
+    case = bench.case
     as_mass = case.with_hub(HUB_INERTIA)
     as_inertia = case.with_hub(HUB_INERTIA / case.coupling.radius**2)
     first, second = (
@@ -135,10 +143,7 @@ def hub_inertia_claim(case: PaperCase) -> Claim:
     )
     inside = first <= TABLE_BAND_HZ
     shift = float(np.max(np.abs(second - first)[inside]))
-    return Claim(
-        "hub-unit", "Unit of the hub's inertia",
-        f"I_A = {HUB_INERTIA:g} kg m², among inertias I/r² in kg.", "Table 1",
-        "natural frequencies to 15 kHz with I_A in kg m² and with I_A/r² in kg",
+    return Finding(
         Verdict.HOLDS if shift <= PRINTED_TO_HZ / 2.0 else Verdict.CORRECTED,
         f"no frequency below {TABLE_BAND_HZ / 1000:.0f} kHz moves by more than {shift:.2g} Hz from "
         "one reading to the other",
@@ -218,8 +223,12 @@ def _times(timings: Sequence[Timing]) -> str:
     return ", ".join(f"{t.name} {t.seconds * 1e3:.0f} ms" for t in timings)
 
 
-def time_claim(study: TimingStudy) -> Claim:
-    """Does coupling save 70 % of the time?"""
+@statement(
+    "time", "Computing time", "Sec. 4.1",
+    f"The coupling method reduces the computational time by {TIME_SAVED:.0%}.",
+    f"both ways timed side by side: {study.conditions}",
+)  # fmt: skip
+def time(bench: Bench) -> Finding:
     full = min(t.seconds for t in study.single if t.name.startswith("full"))
     coupled = min(t.seconds for t in study.single if not t.name.startswith("full"))
     sweep_full = min(t.seconds for t in study.sweep if t.name.startswith("full"))
@@ -230,10 +239,7 @@ def time_claim(study: TimingStudy) -> Claim:
         verdict = Verdict.CORRECTED
     if saved >= TIME_SAVED:
         verdict = Verdict.HOLDS
-    return Claim(
-        "time", "Computing time",
-        f"The coupling method reduces the computational time by {TIME_SAVED:.0%}.", "Sec. 4.1",
-        f"both ways timed side by side: {study.conditions}",
+    return Finding(
         verdict,
         f"once, all FRFs: {_times(study.single)}, so that the faster way to couple takes "
         f"{coupled / full:.2f} times as long as the faster full one; a sweep of k_sw: "

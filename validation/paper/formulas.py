@@ -1,43 +1,27 @@
-"""Claims about the paper's formulas: each printed one against exudyn's bodies and springs."""
+"""The paper's formulas: each printed one against exudyn's bodies and springs."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
 from fbs import SecondOrderSystem, direct_frf, real_modes
-from fbs.condensation import block_dofs
 
+from ..arrays import FloatArray
 from ..checks.frfs import FRF_TOLERANCE
 from ..checks.metrics import scaled_error
 from ..routes import equations
 from ..routes.routes import exudyn_source
 from . import printed
-from .appendix_claims import appendix_claims
-from .condensation import condensations, locked_check
-from .curves import ZERO, FrfBench, couple_points
-from .model import PaperCase
-from .results import Claim, FloatArray, Verdict
-from .timing import SplitAtShaft
-
-PROBE_HZ = np.arange(105.0, 4000.0, 10.0)
-"""Lines on which printed formulas are compared, off the poles of the presets."""
+from .bench import ZERO, Bench
+from .case import PaperCase
+from .item import Finding, Verdict, statement
+from .printed_values import PROBE_HZ
+from .shaft import SplitAtShaft
 
 HELIX_DEG = 20.0
 """A helix angle to try Eq. (9) with; the paper's own is zero."""
-
-
-def formula_claims(bench: FrfBench) -> Iterator[Claim]:
-    """Eqs. (1), (4), (7), (9), (15), (19), (21), (30), (31) and Appendix A."""
-    case = bench.case
-    yield ring_mesh_claim(case)
-    yield unconnected_claim(bench)
-    yield helix_claim(case)
-    yield sign_claim(bench)
-    yield kernel_claim(bench)
-    yield from condensation_claims(bench)
-    yield from appendix_claims(case)
 
 
 def natural_frequencies(system: SecondOrderSystem) -> FloatArray:
@@ -56,8 +40,14 @@ def largest_shift(first: FloatArray, second: FloatArray) -> tuple[float, float, 
     )
 
 
-def ring_mesh_claim(case: PaperCase) -> Claim:
-    """Eq. (1): a rigid translation of the whole stage must not strain a mesh."""
+@statement(
+    "eq1", "Ring-planet mesh", "Eq. (1), Sec. 2",
+    "δ_rp contains u_c, and φ_rp = φ_p − α_r.",
+    "strain of the printed δ_rp in a rigid translation of the stage, and frequencies of "
+    "K = Σ k v vᵀ with it, against exudyn's springs between tangent points",
+)  # fmt: skip
+def ring_mesh(bench: Bench) -> Finding:
+    case = bench.case
     stage = case.planetary
     strain = {
         name: max(_strain_of_translation(case, vector) for vector in vectors)
@@ -73,11 +63,7 @@ def ring_mesh_claim(case: PaperCase) -> Claim:
     )
     agrees = largest_shift(exact, natural_frequencies(equations.stage_system(bare, stage.name)))[0]
     holds = strain["printed"] <= ZERO and shift <= FRF_TOLERANCE
-    return Claim(
-        "eq1", "Ring-planet mesh",
-        "δ_rp contains u_c, and φ_rp = φ_p − α_r.", "Eq. (1), Sec. 2",
-        "strain of the printed δ_rp in a rigid translation of the stage, and frequencies of "
-        "K = Σ k v vᵀ with it, against exudyn's springs between tangent points",
+    return Finding(
         Verdict.HOLDS if holds else Verdict.CORRECTED,
         f"moving the whole stage by 1 m strains the printed mesh by {strain['printed']:.2f} m, "
         f"with u_r and φ_p + α_r by {strain['right']:.1e} m; the printed one moves {own:.1f} Hz to "
@@ -124,8 +110,13 @@ def _with_ring_mesh(case: PaperCase, mesh: RingMesh) -> SecondOrderSystem:
     return equations.assemble(equations.Lumped(lumped.inertias, springs), bare.damping)
 
 
-def unconnected_claim(bench: FrfBench) -> Claim:
-    """Eqs. (4), (7): is the hub tied to the wheel?"""
+@statement(
+    "eq7", "Wheel and hub", "Eqs. (4), (7), (15), Sec. 2",
+    "θ(2,2) couples the wheel's shaft to the sun's: 'a rigid coupling of inertia I_A'.",
+    "size of the printed K_bA against the DoFs of Eq. (4); the full system with nothing "
+    "between wheel and hub",
+)  # fmt: skip
+def unconnected(bench: Bench) -> Finding:
     case = bench.case
     rows = len(printed.bearing_matrix_a(case.parallel))
     dofs = len(case.internal_a) + 1
@@ -133,14 +124,9 @@ def unconnected_claim(bench: FrfBench) -> Claim:
     free = real_modes(loose)
     frf = direct_frf(loose, PROBE_HZ, case.internal_b, case.internal_a)
     passed = float(np.max(np.abs(frf.values)))
-    tied = bench.systems.modes()
+    tied = bench.modes()
     lowest = float(tied.natural_frequencies[tied.n_rigid])
-    return Claim(
-        "eq7", "Wheel and hub",
-        "θ(2,2) couples the wheel's shaft to the sun's: 'a rigid coupling of inertia I_A'.",
-        "Eqs. (4), (7), (15), Sec. 2",
-        "size of the printed K_bA against the DoFs of Eq. (4); the full system with nothing "
-        "between wheel and hub",
+    return Finding(
         Verdict.HOLDS if passed > 0.0 and rows == dofs else Verdict.CORRECTED,
         f"K_bA is {rows} × {rows} for {dofs} DoFs: no printed spring joins r₂θ(2) and θ(2,2). "
         f"Without one the full system has {free.n_rigid} rigid-body modes and the largest FRF "
@@ -153,16 +139,18 @@ def unconnected_claim(bench: FrfBench) -> Claim:
     )  # fmt: skip
 
 
-def helix_claim(case: PaperCase) -> Claim:
-    """Eq. (9): six entries for eight DoFs."""
+@statement(
+    "eq9", "Mesh of the parallel stage", "Eq. (9), Sec. 2.1",
+    "qᵀ = [cos β, −cos β, cos β, −cos β, sin β, −sin β].",
+    f"natural frequencies with the printed vector against exudyn's helical mesh, β = "
+    f"{case.parallel.helix_angle:g}° and {HELIX_DEG:g}°",
+)  # fmt: skip
+def helix(bench: Bench) -> Finding:
+    case = bench.case
     entries = len(printed.mesh_vector(case.parallel))
     own, helical = (_mesh_shift(case, beta) for beta in (case.parallel.helix_angle, HELIX_DEG))
     holds = helical[0] <= FRF_TOLERANCE
-    return Claim(
-        "eq9", "Mesh of the parallel stage",
-        "qᵀ = [cos β, −cos β, cos β, −cos β, sin β, −sin β].", "Eq. (9), Sec. 2.1",
-        f"natural frequencies with the printed vector against exudyn's helical mesh, β = "
-        f"{case.parallel.helix_angle:g}° and {HELIX_DEG:g}°",
+    return Finding(
         Verdict.HOLDS if holds else Verdict.CORRECTED,
         f"{entries} entries for {len(case.internal_a)} DoFs: sin β·(ρ₁ − ρ₂) is missing. At β = "
         f"{case.parallel.helix_angle:g}° the largest relative shift is {own[0]:.1e}; at "
@@ -187,9 +175,13 @@ def _mesh_shift(case: PaperCase, helix_angle: float) -> tuple[float, float, floa
     return largest_shift(natural_frequencies(exact), natural_frequencies(misprinted))
 
 
-def sign_claim(bench: FrfBench) -> Claim:
-    """Eq. (15): the sign of the column's last block."""
-    case, model = bench.case, bench.systems.exudyn()
+@statement(
+    "eq15", "Sign in the coupling formula", "Eq. (15), Sec. 3.1",
+    "The last block of Eq. (15)'s column is +B_H_jc.",
+    "Eq. (15) as printed against the full system, all FRFs",
+)  # fmt: skip
+def sign(bench: Bench) -> Finding:
+    case, model = bench.case, bench.exudyn()
     a, b = (direct_frf(model.stages[n], PROBE_HZ) for n in (case.parallel.name,
                                                             case.planetary.name))  # fmt: skip
     values, labels = printed.coupled_receptance(a, b, case.hub)
@@ -202,10 +194,7 @@ def sign_claim(bench: FrfBench) -> Claim:
     turned[:, :n, n:] *= -1.0
     turned[:, n:, :n] *= -1.0
     corrected = float(scaled_error(exact, turned).max())
-    return Claim(
-        "eq15", "Sign in the coupling formula",
-        "The last block of Eq. (15)'s column is +B_H_jc.", "Eq. (15), Sec. 3.1",
-        "Eq. (15) as printed against the full system, all FRFs",
+    return Finding(
         _corrected(max(across, within), corrected),
         f"between the stages the printed formula is wrong by a scaled error of {across:.2g}, "
         f"within them right to {within:.1e}; with −B_H_jc, which u_A = u_B asks for, all agree to "
@@ -220,8 +209,14 @@ def _corrected(printed_error: float, corrected_error: float) -> Verdict:
     return Verdict.CORRECTED if corrected_error <= FRF_TOLERANCE else Verdict.FAILS
 
 
-def kernel_claim(bench: FrfBench) -> Claim:
-    """The flexible joint's kernel."""
+@statement(
+    "kernel", "Kernel of the flexible joint", "below Eq. (15), Sec. 3.1",
+    "For the flexible joint the kernel (A_H_cc + B_H_cc)⁻¹ is replaced by "
+    "(A_H_cc + B_H_cc + K_s⁻¹).",
+    "stages cut at the shaft spring and coupled through k_sw by the printed kernel, against "
+    "the full system; FRFs of A, where signs play no part",
+)  # fmt: skip
+def kernel(bench: Bench) -> Finding:
     case = bench.case
     split = SplitAtShaft(case)
     frfs = split.frfs(PROBE_HZ)
@@ -231,81 +226,14 @@ def kernel_claim(bench: FrfBench) -> Claim:
     )
     keep = [i for i, label in enumerate(labels) if label != split.end]
     names = tuple(labels[i] for i in keep)
-    exact = direct_frf(bench.systems.exudyn().whole, PROBE_HZ, names, names).values
+    exact = direct_frf(bench.exudyn().whole, PROBE_HZ, names, names).values
     n = len(a.responses)
     own = scaled_error(exact, values[:, keep][:, :, keep])[:, :n, :n]
     right = split.coupled(frfs, case.shaft_stiffness).select(names, names).values
     printed_error, corrected = float(own.max()), float(scaled_error(exact, right).max())
-    return Claim(
-        "kernel", "Kernel of the flexible joint",
-        "For the flexible joint the kernel (A_H_cc + B_H_cc)⁻¹ is replaced by "
-        "(A_H_cc + B_H_cc + K_s⁻¹).", "below Eq. (15), Sec. 3.1",
-        "stages cut at the shaft spring and coupled through k_sw by the printed kernel, against "
-        "the full system; FRFs of A, where signs play no part",
+    return Finding(
         _corrected(printed_error, corrected),
         f"printed, the scaled error is up to {printed_error:.2g} (a flexibility stands where its "
         f"inverse belongs); with (A_H_cc + B_H_cc + K_s⁻¹)⁻¹ it is {corrected:.1e}",
         {"printed": printed_error, "corrected": corrected},
     )  # fmt: skip
-
-
-def condensation_claims(bench: FrfBench) -> Iterator[Claim]:
-    """Eqs. (19), (21), (30), (31)."""
-    case, model = bench.case, bench.systems.exudyn()
-    labels = tuple(dof.label for dof in case.dofs)
-    ab = couple_points(model, PROBE_HZ, labels)
-    a, b, hub = case.internal_a, case.internal_b, (case.hub,)
-    check = locked_check(bench, condensations(case)[0])
-    free = ab.select(a, a).values
-    full = direct_frf(model.whole, PROBE_HZ, labels, labels)
-    right = float(scaled_error(full.values, ab.select(labels, labels).values).max())
-    locked = direct_frf(_stage_locked(model.stages[case.parallel.name], a), PROBE_HZ, a, a).values
-    apart = float(scaled_error(locked, free).max())
-    below = [f for f in check.frequencies_hz if f < 1e5]
-    yield Claim(
-        "eq31", "Meaning of the condensed receptance",
-        "With no force on the slaves, the condensed receptance is H_MM − H_MS H_SS⁻¹ H_SM.",
-        "Eqs. (29)–(31), Appendix B",
-        "Eq. (31) for A in AB against exudyn with hub and B locked in the model, and against H_MM",
-        Verdict.FAILS if apart > FRF_TOLERANCE else Verdict.HOLDS,
-        f"Eq. (31) equals exudyn's model with the {check.locked} slave coordinates locked to "
-        f"{check.formula_error:.1e} (natural frequencies {_listed(below)} Hz, to "
-        f"{check.frequency_error:.1e}): it is u_S = 0, not f_S = 0. For f_S = 0 the receptance is "
-        f"H_MM, which the coupled FRFs give to {right:.1e}; the two differ by a scaled error of up "
-        f"to {apart:.2g}. The formula is right for a dynamic stiffness",
-        {"formula_against_locked": check.formula_error, "frequency_error": check.frequency_error,
-         "locked_against_free": apart},
-    )  # fmt: skip
-    whole = float(np.max(scaled_error(full.values, np.zeros_like(full.values))
-                         [:, : len(a), len(a) + 1 :]))  # fmt: skip
-    yield Claim(
-        "eq19", "No FRF between the stages",
-        "[H]_ab = 0.", "below Eq. (19), Sec. 3.3",
-        "largest |H_ab|/√(h_a h_b) of the full system",
-        Verdict.HOLDS if whole <= ZERO else Verdict.FAILS,
-        f"|H_ab|/√(h_a h_b) is up to {whole:.2g}: a force on A moves B through the hub. It is the "
-        "dynamic stiffness that has no entry between them",
-        {"largest": whole},
-    )  # fmt: skip
-    literal = scaled_error(locked, printed.condensed_a(ab, a, hub, b)).max(axis=(1, 2))
-    yield Claim(
-        "eq21", "Condensed subsystem A",
-        "A_H = H_aa − H_ac (H_cc − H_cb H_bb⁻¹ H_bc)⁻¹ H_ca.", "Eq. (21), Sec. 3.3",
-        "Eq. (21) letter by letter with the coupled FRFs, against exudyn with hub and B locked",
-        Verdict.HOLDS if float(literal.max()) <= FRF_TOLERANCE else Verdict.CORRECTED,
-        f"it is Eq. (31) less the terms with H_ab: {np.median(literal):.1e} (median) but up to "
-        f"{literal.max():.2g} (at {PROBE_HZ[int(np.argmax(literal))]:.0f} Hz) from the system with "
-        f"hub and B locked, at {_listed(below)} Hz; by Eq. (31) with c and b as slaves it is that "
-        f"to {check.formula_error:.1e}",
-        {"median": float(np.median(literal)), "worst": float(literal.max())},
-    )  # fmt: skip
-
-
-def _stage_locked(stage: SecondOrderSystem, kept: tuple[str, ...]) -> SecondOrderSystem:
-    return block_dofs(stage, [label for label in stage.dofs if label not in kept])
-
-
-def _listed(frequencies: list[float]) -> str:
-    unique = list(dict.fromkeys(f"{f:.1f}" for f in frequencies))
-    counts = [sum(f"{f:.1f}" == u for f in frequencies) for u in unique]
-    return ", ".join(f"{u}({n})" if n > 1 else u for u, n in zip(unique, counts, strict=True))
