@@ -12,8 +12,8 @@ import numpy as np
 from fbs import Frf, RealModes, SecondOrderSystem, couple, direct_frf, frequency_axis, real_modes
 from mbs_models.model.parameters import Drivetrain
 
-from ..routes.routes import EQUATIONS, Model, Source, build_model, exudyn_source
 from ..arrays import ComplexArray, FloatArray
+from ..routes.routes import EQUATIONS, Model, Source, build_model, exudyn_source
 from .case import PAPER, PaperCase, parameter_sets
 from .item import Curve, Difference
 

@@ -234,6 +234,7 @@ def _stage_locked(stage: SecondOrderSystem, kept: tuple[str, ...]) -> SecondOrde
     "shapes of the printed blocks, and the full system's H_ba against the transpose of its H_ab",
 )  # fmt: skip
 def third_row(bench: Bench) -> Finding:
+    """Does H_ab fit where Eq. (14) has it?"""
     a, b = bench.case.internal_a, bench.case.internal_b
     h_ab, h_ba = (
         bench.once(blocks_of_ab).full.select(rows, columns).values
@@ -256,6 +257,7 @@ def third_row(bench: Bench) -> Finding:
     "Eq. (31) for A in AB against exudyn with hub and B locked in the model, and against H_MM",
 )  # fmt: skip
 def condensed_receptance(bench: Bench) -> Finding:
+    """Is Eq. (31) the receptance with no force on the slaves?"""
     locked, blocks = bench.once(locked_checks), bench.once(blocks_of_ab)
     check, a = locked[0], bench.case.internal_a
     right = float(scaled_error(blocks.full.values, blocks.coupled.values).max())
@@ -299,6 +301,7 @@ def _locked_table(checks: tuple[LockedCheck, ...]) -> tuple[Block, ...]:
     "[H]_ab = 0.", "largest |H_ab|/√(h_a h_b) of the full system",
 )  # fmt: skip
 def between_stages(bench: Bench) -> Finding:
+    """Does a force on A leave B at rest?"""
     full, n = bench.once(blocks_of_ab).full.values, len(bench.case.internal_a)
     largest = float(scaled_error(full, np.zeros_like(full))[:, :n, n + 1 :].max())
     return Finding(
@@ -315,6 +318,7 @@ def between_stages(bench: Bench) -> Finding:
     "shapes of the printed terms; with H_ba for the last factor, against A and hub with B blocked",
 )  # fmt: skip
 def lower_left(bench: Bench) -> Finding:
+    """Does the last factor of the lower left block fit?"""
     case, full = bench.case, bench.once(blocks_of_ab).full
     a, b, c = case.internal_a, case.internal_b, (case.hub,)
     h_cb, h_bb, h_ba = (full.select(r, k).values for r, k in ((c, b), (b, b), (b, a)))
@@ -337,6 +341,7 @@ def lower_left(bench: Bench) -> Finding:
     "Eq. (20) against exudyn with the DoFs of A locked",
 )  # fmt: skip
 def condensed_hub_and_b(bench: Bench) -> Finding:
+    """Is Eq. (20) the receptance with A blocked?"""
     check = next(c for c in bench.once(locked_checks) if "(20)" in c.equation)
     return Finding(
         Verdict.of(check.formula_error <= TOLERANCE),
@@ -353,6 +358,7 @@ def condensed_hub_and_b(bench: Bench) -> Finding:
     "Eq. (21) letter by letter with the coupled FRFs, against exudyn with hub and B locked",
 )  # fmt: skip
 def condensed_a(bench: Bench) -> Finding:
+    """Is Eq. (21) A with hub and B blocked?"""
     case, blocks = bench.case, bench.once(blocks_of_ab)
     return _letter_by_letter(
         bench, 0, blocks.locked_a, (case.internal_a, (case.hub,), case.internal_b), "hub and B"
@@ -365,6 +371,7 @@ def condensed_a(bench: Bench) -> Finding:
     "Eq. (22) letter by letter with the coupled FRFs, against exudyn with hub and A locked",
 )  # fmt: skip
 def condensed_b(bench: Bench) -> Finding:
+    """Is Eq. (22) B with hub and A blocked?"""
     case, blocks = bench.case, bench.once(blocks_of_ab)
     return _letter_by_letter(
         bench, 1, blocks.locked_b, (case.internal_b, (case.hub,), case.internal_a), "hub and A"

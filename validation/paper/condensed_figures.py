@@ -99,9 +99,7 @@ def condensed_curves(bench: Bench, drawing: Drawing) -> tuple[list[Curve], Float
             blocked_frf(bench, drawing), *drawing.pair(bench),
         ),
     ]  # fmt: skip
-    alone = bench.frf(
-        RouteName.EXUDYN, drawing.band, drawing.shaft, drawing.part_name(bench)
-    )
+    alone = bench.frf(RouteName.EXUDYN, drawing.band, drawing.shaft, drawing.part_name(bench))
     return curves, scale(alone, *drawing.pair(bench))
 
 

@@ -16,7 +16,7 @@ from ..checks.metrics import scaled_error
 from ..checks.poles import filtered_poles
 from ..report.digits import scientific
 from ..report.page import Note, Table
-from .bench import ZERO, Bench, RouteName, at_shaft, couple_points, curve, difference, scale
+from .bench import ZERO, Bench, RouteName, at_shaft, couple_points, difference, scale
 from .figures import WIDE, WIDE_NOT_STATED, Drawing, relative_size, routes_error
 from .item import DofName, Finding, Verdict, statement
 from .printed_values import NUMBERED_AS_SECOND_PLANET, SHAFT_STIFFNESSES
@@ -54,6 +54,7 @@ def _numbers(name: str, values: dict[float, float]) -> dict[str, float]:
     "15 kHz",
 )  # fmt: skip
 def coupled_equals_full(bench: Bench) -> Finding:
+    """Is coupled equal to full?"""
     worst = bench.once(worst_over_all, bench.case.shaft_stiffness)
     n = len(bench.case.dofs)
     check = Check(
@@ -70,12 +71,13 @@ def coupled_equals_full(bench: Bench) -> Finding:
 
 
 @statement(
-    "difference-grows", "Difference growing with the shaft stiffness", "Sec. 4.2, Figs. 8, 9; Sec. 5",
-    "A small difference in magnitude between both methods, which becomes considerable with "
-    "k_sw.",
+    "difference-grows", "Difference growing with the shaft stiffness",
+    "Sec. 4.2, Figs. 8, 9; Sec. 5",
+    "A small difference in magnitude between both methods, which becomes considerable with k_sw.",
     "the same comparison for every k_sw of the paper",
 )  # fmt: skip
 def difference_grows(bench: Bench) -> Finding:
+    """Does the difference grow with k_sw?"""
     errors = {shaft: bench.once(worst_over_all, shaft) for shaft in SHAFT_STIFFNESSES}
     grows = max(errors.values()) > FRF_TOLERANCE
     return Finding(
@@ -93,6 +95,7 @@ def difference_grows(bench: Bench) -> Finding:
     "poles of the coupled FRFs, by modal filter, against the full system's up to 15 kHz",
 )  # fmt: skip
 def frequencies_differ(bench: Bench) -> Finding:
+    """Do both methods have the same natural frequencies?"""
     shifts = {shaft: _pole_shift(bench, shaft) for shaft in SHAFT_STIFFNESSES}
     worst = max(shifts.values())
     return Finding(
@@ -128,6 +131,7 @@ def _pole_shift(bench: Bench, shaft: float) -> float:
     "coupled against full system at the sun's u, and the kinds of the modes that move it",
 )  # fmt: skip
 def new_frequency(bench: Bench) -> Finding:
+    """Does the coupled FRF of Fig. 8c have a new frequency?"""
     shaft = max(SHAFT_STIFFNESSES)
     scaled, decibel = routes_error(bench, Drawing("B.sun.u", WIDE, shaft=shaft))
     modes = bench.modes("", shaft)
@@ -198,6 +202,7 @@ def _stiffness_row(bench: Bench, name: str, shaft: float) -> StiffnessRow:
     "without the reducer",
 )  # fmt: skip
 def sun_radial(bench: Bench) -> Finding:
+    """Does the sun's radial FRF know the shaft, or the reducer?"""
     rows = bench.once(stiffness_rows)
     sun = Drawing("B.sun.u", WIDE, shaft=min(SHAFT_STIFFNESSES))
     change = max(r.change_scaled for r in rows if r.dof.label == bench.case.label("B.sun.u"))
@@ -261,6 +266,7 @@ def _change(value: float) -> str:
     "largest |H_9,10|/√(h_9 h_10) of the full system",
 )  # fmt: skip
 def hub_to_sun_u(bench: Bench) -> Finding:
+    """Is there an FRF between hub and sun u?"""
     size = relative_size(bench, Drawing("hub", WIDE_NOT_STATED, excitation="B.sun.u"))
     return Finding(
         Verdict.of(size > ZERO),
@@ -276,6 +282,7 @@ def hub_to_sun_u(bench: Bench) -> Finding:
     "the position of both in the order of Eq. (11)",
 )  # fmt: skip
 def dof_13(bench: Bench) -> Finding:
+    """Which DoF is number 13?"""
     case = bench.case
     numbered = case.dofs[NUMBERED_AS_SECOND_PLANET - 1]
     named = case.dof(case.label("B.planet2.u"))
@@ -294,6 +301,7 @@ def dof_13(bench: Bench) -> Finding:
     "rotational modes of B with its half hub, alone and in AB (Hz)",
 )  # fmt: skip
 def b_shifts_down(bench: Bench) -> Finding:
+    """Do B's frequencies fall when it is coupled?"""
     alone, whole = bench.modes(bench.case.b), bench.modes()
     kinds = bench.once(mode_kinds, bench.case.b, None)
     rotational = [

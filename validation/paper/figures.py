@@ -121,9 +121,7 @@ def figure(
         names = (f"{prefix}exudyn", f"{prefix}equations", "coupled by FBS")
         curves = [drawing.curve(bench, r, n) for r, n in zip(routes, names, strict=False)]
         system = f"subsystem {drawing.part}" if drawing.part else "full system"
-        exact = bench.frf(
-            RouteName.EXUDYN, drawing.band, drawing.shaft, drawing.part_name(bench)
-        )
+        exact = bench.frf(RouteName.EXUDYN, drawing.band, drawing.shaft, drawing.part_name(bench))
         row_scale = scale(exact, *drawing.pair(bench))
         shown = picture(bench, caption, drawing, curves, row_scale, drawing.marks(bench, system))
         verdict, evidence = judge(bench, drawing)
@@ -235,7 +233,9 @@ def judge_nearly_the_same(bench: Bench, drawing: Drawing) -> Judgement:
 
 TWO_SUN_DOFS = (("a", "u", "radial direction u"), ("b", "w", "rotational direction w"))
 SMALL = "The same frequencies by both methods, with a small difference in magnitude."
-NEW = "The difference becomes considerable, and a new frequency appears in the coupled method's FRF."
+NEW = (
+    "The difference becomes considerable, and a new frequency appears in the coupled method's FRF."
+)
 GROWS = "The difference in frequencies between the two methods grows with k_sw."
 DOF_13 = "H_13-13 at the degree of the second planet u_p2 in the radial direction"
 SAYS_13 = "H_13,13 belongs to the second planet's u; both methods agree."

@@ -202,9 +202,7 @@ class Statement:
     def on(self, bench: Bench) -> Item:
         """The statement, examined."""
         found = self.examine(bench)
-        return Item(
-            self.id, self.title, self.subject, self.place, self.says, self.computed, found
-        )
+        return Item(self.id, self.title, self.subject, self.place, self.says, self.computed, found)
 
 
 def statement(

@@ -19,7 +19,6 @@ from ..arrays import ComplexArray, FloatArray
 from ..routes.equations import Deflection
 
 
-
 def ring_deflection(stage: PlanetaryStage, planet: str, phi: float) -> Deflection:
     """δ_rp = v_r cos φ_rp − u_c sin φ_rp + u_p sin α_r − v_p cos α_r + w_r − w_p (Eq. 1).
 
@@ -236,9 +235,7 @@ def _subtracted(
     return coupled, a.responses + b.responses
 
 
-def condensed(
-    ab: Frf, a: tuple[str, ...], c: tuple[str, ...], b: tuple[str, ...]
-) -> ComplexArray:
+def condensed(ab: Frf, a: tuple[str, ...], c: tuple[str, ...], b: tuple[str, ...]) -> ComplexArray:
     """A_H = H_aa − H_ac (H_cc − H_cb H_bb⁻¹ H_bc)⁻¹ H_ca (Eq. 21), letter by letter.
 
     Eq. (22) is the same with a and b changed over. It is Eq. (31) with c and b as slaves, but for

@@ -13,8 +13,8 @@ from ..arrays import FloatArray
 from .bench import Bench, RouteName, at_shaft, curve, difference, scale
 from .figures import Drawing, Judgement, picture, route_checks
 from .item import Curve, Difference, Finding, Picture, Statement, Verdict
+from .modal_bases import BAND, LOSS_FACTOR, Basis, TruncationBench
 from .printed_values import SHAFT_STIFFNESSES
-from .truncation import BAND, LOSS_FACTOR, Basis, TruncationBench
 
 TRUNCATED = "FBS, subsystem B by modal synthesis"
 DAMPING_NOTE = (
@@ -153,6 +153,7 @@ def _other_shaft(bench: Bench) -> Finding:
     label = bench.case.label("B.sun.w")
     own, other = bench.case.shaft_stiffness, max(SHAFT_STIFFNESSES)
     curves: list[Curve] = []
+    reference = bench.once(TruncationBench, own).coupled(Basis(1, False, None))
     for shaft in (own, other):
         trunk = bench.once(TruncationBench, shaft)
         without = trunk.coupled(Basis(1, False, None))
@@ -160,12 +161,12 @@ def _other_shaft(bench: Bench) -> Finding:
         name = f"full system, {at_shaft(shaft)}"
         curves.append(curve(name, RouteName.EXUDYN, trunk.full(), label, label))
     first, exact, changed, stiff = curves
-    reference = bench.once(TruncationBench, own).full()
     shown, errors = _shown(
         bench, "The FRF of truncated subsystem B", Drawing("B.sun.w", BAND),
         (first, changed, exact, stiff), reference,
     )  # fmt: skip
-    moved = difference(shown.frequency, exact, stiff, errors.row_scale).worst_scaled
+    exact_scale = scale(bench.once(TruncationBench, own).full(), label, label)
+    moved = difference(shown.frequency, exact, stiff, exact_scale).worst_scaled
     return Finding(
         Verdict.of(not errors.within(changed.name)),
         f"without the hub's mode k_sw changes it by a scaled {errors.worst(changed.name):.2g} "
