@@ -230,7 +230,7 @@ def _stage_locked(stage: SecondOrderSystem, kept: tuple[str, ...]) -> SecondOrde
 
 @statement(
     "eq14", "Third row of the coupled receptance", "Eq. (14), Sec. 3.1",
-    "The third row of AB_H is [H_ab, H_bc, H_bb].",
+    "The third row of the coupled receptance is [H_ab, H_bc, H_bb].",
     "shapes of the printed blocks, and the full system's H_ba against the transpose of its H_ab",
 )  # fmt: skip
 def third_row(bench: Bench) -> Finding:

@@ -14,7 +14,7 @@ INDEX = r"[A-Za-z0-9α-ω]+(?:[-,]\d+)?"
 OF_SUBSYSTEM = re.compile(rf"\b([AB])_H(?:_({INDEX}))?(?![\w])")
 INDEXED = re.compile(rf"(?<!\w)({LETTER}{{1,2}}|\])_({INDEX})")
 BRACKET = re.compile(rf"\]_({INDEX})")
-POWER = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)e([-+]?)0*(\d*)(?!\w)")
+POWER = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)e([-+−]?)0*(\d*)(?!\w)")
 MINUS = re.compile(r"(?<![\w)–-])-(?=\d)")
 APOSTROPHE = re.compile(r"(?<=\w)(?:'|&#39;)(?=\w)")
 FIRST_WORD = re.compile(r"(?!exudyn\b)[a-z]{2,}(?=[\s,:])")
