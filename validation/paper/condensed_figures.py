@@ -16,13 +16,23 @@ from fbs import Frf, direct_frf
 from fbs.condensation import block_dofs
 
 from ..arrays import FloatArray
+from ..checks.metrics import scaled_error
 from .bench import Bench, RouteName, at_shaft, curve, difference, peaks, scale
 from .figures import NARROW, Drawing, Judgement, picture
-from .item import Curve, Finding, Statement, Verdict
-from .printed_values import SHAFT_STIFFNESSES
+from .item import Curve, Finding, Statement, Verdict, statement
+from .printed_values import GLOBAL_PEAK_HZ, SHAFT_STIFFNESSES
+from .resonances import repeated
 
 SUPERPOSED_DB = 0.1
 """Curves whose median difference is below this look like one."""
+
+NEAR_HZ = 5.0
+""""Around 70 Hz" is within this."""
+
+AROUND_HZ = 150.0
+""""Around 2000 Hz" is within this: half a division of the paper's axis."""
+
+ROTATION_OF_A = Drawing("A.pinion.w", NARROW, "A")
 
 COMPUTED = (
     "the subsystem alone, in AB with no force on the rest (by FBS and by exudyn), and with the "
@@ -214,3 +224,88 @@ FIG_12 = tuple(
     _figure(id, "rotational", "A.wheel.w", judge_stiffer_is_higher, FALLS, shaft, shaft)
     for id, shaft in (("fig12a", max(SHAFT_STIFFNESSES)), ("fig12b", min(SHAFT_STIFFNESSES)))
 )
+
+
+# --- what Sec. 4.3 says beside them ---
+
+
+@statement(
+    "peak-at-70", "The peak at around 70 Hz", "Sec. 4.3, Fig. 10b",
+    f"The peak appearing at around {GLOBAL_PEAK_HZ:.0f} Hz is due to the coupling DoF.",
+    "the peaks of A in AB that A alone does not have, and the lowest elastic mode of AB",
+    subject="condensation",
+)  # fmt: skip
+def peak_at_70(bench: Bench) -> Finding:
+    """Is the hub's peak where the paper has it?"""
+    seen = bench.once(look, ROTATION_OF_A)
+    found = global_peak(bench, seen)
+    near = found is not None and abs(found - GLOBAL_PEAK_HZ) <= NEAR_HZ
+    where = "no such peak" if found is None else f"its peak is at {found:.0f} Hz"
+    return Finding(
+        Verdict.of(near),
+        f"the hub on its shaft does add a peak (fig10b), but {where}, not at around "
+        f"{GLOBAL_PEAK_HZ:.0f}; Table 3's row of 71 Hz says which input would give that",
+        {} if found is None else {"peak_hz": found},
+    )
+
+
+@statement(
+    "peak-at-2000", "The peak at around 2000 Hz", "Sec. 4.3, Fig. 10b",
+    "The peak located around 2000 Hz shifts rearward in the condensed subsystem A under the effect "
+    "of B.",
+    f"peaks of A within {AROUND_HZ:.0f} Hz of 2000 Hz: alone, in AB, and with the rest blocked",
+    subject="condensation",
+)  # fmt: skip
+def peak_at_2000(bench: Bench) -> Finding:
+    """Does A have a peak at 2000 Hz, and does it move down?"""
+    seen = bench.once(look, ROTATION_OF_A)
+    near = {
+        name: [f for f in own if abs(f - 2000.0) <= AROUND_HZ]
+        for name, own in (("alone", seen.alone), ("in AB", seen.within), ("blocked", seen.blocked))
+    }
+    falls = bool(near["alone"] and near["in AB"]) and near["in AB"][0] < near["alone"][0]
+    listed = "; ".join(f"{name}: {hz(own)}" for name, own in near.items())
+    modes = bench.modes()
+    there = [modes.natural_frequencies[group[0]] for group in repeated(modes)]
+    silent = [float(f) for f in there if abs(f - 2000.0) <= AROUND_HZ]
+    return Finding(
+        Verdict.of(falls),
+        f"{listed}. The rotational peaks of A are at {hz(seen.alone)} alone, {hz(seen.within)} in "
+        f"AB and {hz(seen.blocked)} with hub and B blocked. The modes of AB there are at "
+        f"{hz(silent)}",
+        {f"peaks_{name.replace(' ', '_')}": float(len(own)) for name, own in near.items()},
+    )
+
+
+@statement(
+    "a-more-condensed", "Sensitivity to condensation", "Sec. 4.3",
+    "The FRF of subsystem A is more sensitive to condensation than that of B.",
+    "scaled change of all FRFs of A and of B, alone against in AB (H_MM), and against the rest "
+    "blocked (Eq. 31), median over lines", subject="condensation",
+)  # fmt: skip
+def a_more_condensed(bench: Bench) -> Finding:
+    """Which subsystem changes more when it becomes part of AB?"""
+    changes = {name: _changes(bench, name) for name in (bench.case.a, bench.case.b)}
+    (free_a, blocked_a), (free_b, blocked_b) = changes.values()
+    return Finding(
+        Verdict.of(free_a > free_b and blocked_a > blocked_b, free_a > free_b),
+        f"in AB: A changes by {free_a:.2g}, B by {free_b:.2g} (of the row norms); with the rest "
+        f"blocked: A by {blocked_a:.2g}, B by {blocked_b:.2g}. The hub is held to the wheel by "
+        f"{float(bench.case.coupling.first_stiffness):.1e} N/m, to the sun by "
+        f"{bench.case.shaft_stiffness:.1e} N/m",
+        {"a_in_ab": free_a, "b_in_ab": free_b, "a_blocked": blocked_a, "b_blocked": blocked_b},
+    )
+
+
+def _changes(bench: Bench, name: str) -> tuple[float, float]:
+    """Median over lines of the largest scaled change of a stage's FRFs: in AB, and blocked."""
+    case, model, lines = bench.case, bench.exudyn(), bench.axis(NARROW).frequency[::4]
+    own = case.internal_a if name == case.a else case.internal_b
+    rest = [dof.label for dof in case.dofs if dof.label not in own]
+    alone = direct_frf(model.stages[name], lines, own, own).values
+    free, blocked = (
+        direct_frf(system, lines, own, own).values
+        for system in (model.whole, block_dofs(model.whole, rest))
+    )
+    medians = [float(np.median(scaled_error(alone, h).max(axis=(1, 2)))) for h in (free, blocked)]
+    return medians[0], medians[1]

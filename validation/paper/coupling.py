@@ -22,6 +22,9 @@ from .item import DofName, Finding, Verdict, statement
 from .printed_values import NUMBERED_AS_SECOND_PLANET, SHAFT_STIFFNESSES
 from .resonances import mode_kinds, repeated
 
+SAME = 1e-9
+"""Natural frequencies this close (relative) are one: round-off leaves a thousandth of it."""
+
 POLE_TOLERANCE = 1e-8
 """Poles read off coupled FRFs, relative; what a table printed to 1 Hz could show is 1e-4."""
 
@@ -320,3 +323,105 @@ def b_shifts_down(bench: Bench) -> Finding:
         f"{listed} Hz: " + ("they fall" if falls else "coupling adds stiffness, and they rise"),
         {f"shift_of_{before:.0f}_hz": after - before for before, after in moved.items()},
     )  # fmt: skip
+
+
+@statement(
+    "second-radial", "The two radial directions of the sun", "Sec. 4.2",
+    "The new frequency is not present in the second radial displacement's FRF; new frequencies "
+    "appear in the two radial directions.",
+    f"the sun's u and v in the full system and coupled, {at_shaft(max(SHAFT_STIFFNESSES))}",
+)  # fmt: skip
+def second_radial(bench: Bench) -> Finding:
+    """Can u have a frequency that v has not?"""
+    shaft = max(SHAFT_STIFFNESSES)
+    u, v = (Drawing(f"B.sun.{d}", WIDE, shaft=shaft) for d in "uv")
+    row_scale = scale(bench.frf(RouteName.EXUDYN, WIDE, shaft), *u.pair(bench))
+    apart = {
+        route: difference(
+            u.lines(bench), u.curve(bench, route, "u"), v.curve(bench, route, "v"), row_scale
+        ).worst_scaled
+        for route in (RouteName.EXUDYN, RouteName.FBS)
+    }
+    worst = max(apart.values())
+    return Finding(
+        Verdict.of(worst > FRF_TOLERANCE),
+        f"u and v have one FRF, full to {apart[RouteName.EXUDYN]:.1e} and coupled to "
+        f"{apart[RouteName.FBS]:.1e}: "
+        + (
+            "planets at unequal angles tell them apart"
+            if worst > FRF_TOLERANCE
+            else "with equally spaced planets the two directions cannot be told apart"
+        ),
+        {"full": apart[RouteName.EXUDYN], "coupled": apart[RouteName.FBS]},
+    )
+
+
+@statement(
+    "unchanged-modes", "Frequencies that coupling leaves alone", "Sec. 4.1",
+    "For the planetary stage, some natural frequencies remain identical when it is coupled; the "
+    "changed modes are global modes.",
+    "natural frequencies of the stages with their half hubs, alone and in AB, by kind",
+)  # fmt: skip
+def unchanged_modes(bench: Bench) -> Finding:
+    """Which modes of the stages are modes of AB?"""
+    whole = bench.modes().natural_frequencies
+    shifts: dict[str, list[float]] = {}
+    for part in (bench.case.a, bench.case.b):
+        modes, kinds = bench.modes(part), bench.once(mode_kinds, part, None)
+        for f, kind in list(zip(modes.natural_frequencies, kinds, strict=True))[modes.n_rigid :]:
+            if f <= WIDE.end:
+                shifts.setdefault(kind, []).append(float(np.min(np.abs(whole - f)) / f))
+    same = {kind: sum(shift <= SAME for shift in own) for kind, own in shifts.items()}
+    words = ", ".join(f"{same[kind]} of {len(own)} {kind}" for kind, own in shifts.items())
+    moved = max(max(own) for own in shifts.values())
+    kinds_ab = bench.once(mode_kinds, "", None)
+    own_hz = [f for f, kind in zip(whole, kinds_ab, strict=True) if kind == Kind.GLOBAL]
+    new = ", ".join(f"{f:.1f} Hz" for f in own_hz if f <= WIDE.end) or "none"
+    return Finding(
+        Verdict.of(any(same.values())),
+        f"unchanged to {SAME:g}: {words} modes; the others move by {moved:.1e} of themselves or "
+        f"less and stay what they are. Global modes of AB in the band: {new}",
+        {f"unchanged_{kind.replace(' ', '_')}": float(count) for kind, count in same.items()},
+    )
+
+
+@statement(
+    "shaft-frequencies", "Natural frequencies and the shaft", "Sec. 4.2",
+    "The natural frequencies of the overall system are sensitive to the coupling stiffness; they "
+    "fall when it is decreased.",
+    "natural frequencies of AB up to 15 kHz for every k_sw",
+)  # fmt: skip
+def shaft_frequencies(bench: Bench) -> Finding:
+    """Do natural frequencies of AB rise with k_sw, and which?"""
+    shafts = sorted(SHAFT_STIFFNESSES)
+    found = [bench.modes("", k).natural_frequencies for k in shafts]
+    soft, *stiffer = (f[f <= WIDE.end] for f in found)
+    rises = all(bool(np.all(f[: len(soft)] >= soft * (1.0 - SAME))) for f in stiffer)
+    moved = int(np.sum(stiffer[-1][: len(soft)] > soft * (1.0 + SAME)))
+    lowest = {k: float(f[f > 0.0][0]) for k, f in zip(shafts, found, strict=True)}
+    listed = ", ".join(f"{f:.1f} Hz with {at_shaft(k)}" for k, f in lowest.items())
+    return Finding(
+        Verdict.of(moved > 0 and rises),
+        f"the lowest elastic mode is at {listed}; from the softest to the stiffest shaft {moved} "
+        f"of {len(soft)} natural frequencies move, {'none' if rises else 'some'} of them down. "
+        "That is so in either method, which have the same poles (frequencies-differ)",
+        {"moved": float(moved), **_numbers("lowest_hz", lowest)},
+    )
+
+
+@statement(
+    "h-11", "Number of the sun's radial FRF", "Sec. 4.1, Figs. 4, 7",
+    "H_11 is the translational FRF of the sun's u; in Fig. 7 index 1 is the coupling DoF of B and "
+    "index 2 the sun's radial one.",
+    "the position of both in the order of Eq. (5)",
+)  # fmt: skip
+def h_11(bench: Bench) -> Finding:
+    """Is the sun's u the first DoF of B?"""
+    order = (bench.case.hub, *bench.case.internal_b)
+    number = order.index(bench.case.label("B.sun.u")) + 1
+    return Finding(
+        Verdict.of(number == 1, corrected=True),
+        f"in the order of Eq. (5) the coupling DoF is number 1 and the sun's u is number {number}, "
+        f"as Fig. 7 counts: Fig. 4 shows H_{number}{number}, not H_11",
+        {"number_of_sun_u": float(number)},
+    )

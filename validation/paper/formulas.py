@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
-from fbs import SecondOrderSystem, direct_frf, real_modes
+from fbs import RealModes, SecondOrderSystem, direct_frf, real_modes
 
 from ..arrays import FloatArray
 from ..checks.frfs import FRF_TOLERANCE
@@ -19,6 +20,12 @@ from .case import PaperCase
 from .item import Finding, Verdict, statement
 from .printed_values import PROBE_HZ
 from .shaft import SplitAtShaft
+
+PRINTED_DOFS = (9, 22)
+"""Of subsystems A and B, Sec. 2.1."""
+
+RAYLEIGH = 1e-6
+"""β (s) of C = βK, to try Eq. (17) with damping; the paper neglects it."""
 
 HELIX_DEG = 20.0
 """A helix angle to try Eq. (9) with; the paper's own is zero."""
@@ -109,6 +116,63 @@ def _with_ring_mesh(case: PaperCase, mesh: RingMesh) -> SecondOrderSystem:
         for s in lumped.springs
     )
     return equations.assemble(equations.Lumped(lumped.inertias, springs), bare.damping)
+
+
+@statement(
+    "eq5", "Order and number of DoFs", "Eqs. (4), (5), (11), Sec. 2.1",
+    "Subsystem A has 9 DoFs, subsystem B 22, and AB those of both with θ(2,2) counted once.",
+    "DoFs counted in Eqs. (4), (5) and (11), against those of exudyn's systems",
+)  # fmt: skip
+def order_of_dofs(bench: Bench) -> Finding:
+    """Are the vectors of DoFs as long as the systems?"""
+    case, model = bench.case, bench.exudyn()
+    written = {case.a: (*case.internal_a, case.hub), case.b: (case.hub, *case.internal_b)}
+    alike = all(sorted(model.stages[name].dofs) == sorted(own) for name, own in written.items())
+    a, b, ab = len(written[case.a]), len(written[case.b]), len(case.dofs)
+    whole = sorted(dof.label for dof in case.dofs) == sorted(model.whole.dofs)
+    return Finding(
+        Verdict.of(alike and whole and (a, b) == PRINTED_DOFS and ab == a + b - 1),
+        f"with {case.planetary.planet_count} planets: {a}, {b} = 10 + 3N and {ab} = {a} + {b} − 1, "
+        f"as many as exudyn's systems have {'and' if alike and whole else 'but not'} the same ones",
+        {"dofs_a": float(a), "dofs_b": float(b), "dofs_ab": float(ab)},
+    )
+
+
+@statement(
+    "eq6", "Mass matrices, and the hub as an angle", "Eqs. (6), (10), (12), (24), Sec. 2.1",
+    "M_A and M_B end and begin with I_A/2, M_AB has I_A; θ(2,2) is an angle among lengths r θ.",
+    "the printed diagonals, I_A read as I/r², against exudyn's mass matrices; and what a rigid "
+    "rotation strains k_sw of Eq. (24) if θ(2,2) is an angle in rad",
+)  # fmt: skip
+def mass_matrices(bench: Bench) -> Finding:
+    """Do the printed masses and the printed shaft spring mean the same coordinate?"""
+    case, model = bench.case, bench.exudyn()
+    hub, radius = case.coupling.hub_mass, case.coupling.radius
+    a, b = printed.masses_a(case.parallel, hub), printed.masses_b(case.planetary, hub)
+    whole = [*a[:-1], 2.0 * b[0], *b[1:]]
+    labels = [dof.label for dof in case.dofs]
+    n = len(a)
+    errors = [
+        _diagonal_error(model.stages[case.a], labels[:n], a),
+        _diagonal_error(model.stages[case.b], labels[n - 1 :], b),
+        _diagonal_error(model.whole, labels, whole),
+    ]
+    strain = 1.0 - radius  # of k_sw per rad: the sun moves by w_s = r, the hub by θ = 1
+    return Finding(
+        Verdict.of(max(errors) <= ZERO and strain == 0.0, max(errors) <= ZERO),
+        f"with I_A as I/r² in kg the diagonals are exudyn's masses, to {max(errors):.1e}, in the "
+        f"order of the DoFs. As printed, I_A is in kg m² and θ(2,2) in rad: then a rigid rotation "
+        f"by 1 rad (w_s = {radius:g} m) strains k_sw by {strain:.3g}, of m and rad mixed. With "
+        "r θ(2,2) and I_A/r², as for the other bodies, it is not strained",
+        {"largest_error": max(errors), "strain_of_rigid_rotation": strain},
+    )
+
+
+def _diagonal_error(system: SecondOrderSystem, labels: list[str], masses: list[float]) -> float:
+    """Largest difference of a printed diagonal from M, against the masses of both DoFs."""
+    at = [system.dofs.index(label) for label in labels]
+    size = np.sqrt(np.outer(masses, masses))
+    return float(np.max(np.abs(system.mass[np.ix_(at, at)] - np.diag(masses)) / size))
 
 
 @statement(
@@ -235,3 +299,39 @@ def flexible_kernel(bench: Bench) -> Finding:
         f"inverse belongs); with (A_H_cc + B_H_cc + K_s⁻¹)⁻¹ it is {corrected:.1e}",
         {"printed": printed_error, "corrected": corrected},
     )  # fmt: skip
+
+
+@statement(
+    "eq17", "FRF as a sum over modes", "Eqs. (16), (17), Sec. 3.2",
+    "For proportionally damped systems H_jk = Σ_r φ_j φ_k/(ω_r² − ω² + 2jξ_r ω_r ω), n the number "
+    "of DoFs.",
+    f"the sum over all modes of exudyn's matrices against H⁻¹ = K − ω²M + jωC, undamped and with "
+    f"C = βK, β = {RAYLEIGH:g} s",
+)  # fmt: skip
+def sum_over_modes(bench: Bench) -> Finding:
+    """Is the printed sum the receptance, rigid-body modes included?"""
+    whole = bench.exudyn().whole
+    modes = bench.modes()
+    errors = {
+        beta: _modal_error(replace(whole, damping=beta * whole.stiffness), modes, beta)
+        for beta in (0.0, RAYLEIGH)
+    }
+    short = _modal_error(whole, modes, 0.0, modes.n_rigid)
+    return Finding(
+        Verdict.of(max(errors.values()) <= FRF_TOLERANCE),
+        f"all FRFs agree to {errors[0.0]:.1e} undamped and to {errors[RAYLEIGH]:.1e} damped, "
+        f"ξ_r = β ω_r/2, when the sum includes the {modes.n_rigid} rigid-body mode (ω_r = 0); "
+        f"without it they are off by up to {short:.2g}",
+        {"undamped": errors[0.0], "damped": errors[RAYLEIGH], "without_rigid_body": short},
+    )
+
+
+def _modal_error(system: SecondOrderSystem, modes: RealModes, beta: float, first: int = 0) -> float:
+    """Largest scaled error of Eq. (17) against Eq. (16) (``first``: modes before are left out)."""
+    exact = direct_frf(system, PROBE_HZ, system.dofs, system.dofs).values
+    omega = 2.0 * np.pi * PROBE_HZ[:, None]
+    w = 2.0 * np.pi * modes.natural_frequencies[first:]
+    shapes = modes.shapes[:, first:]
+    weights = 1.0 / (w**2 - omega**2 + 1j * omega * beta * w**2)
+    summed = np.einsum("jr,fr,kr->fjk", shapes, weights, shapes)
+    return float(scaled_error(exact, summed).max())

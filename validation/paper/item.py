@@ -206,12 +206,12 @@ class Statement:
 
 
 def statement(
-    id: str, title: str, place: str, says: str, computed: str
+    id: str, title: str, place: str, says: str, computed: str, subject: str = ""
 ) -> Callable[[Callable[[Bench], Finding]], Statement]:
-    """Make a statement of the function that examines it; its module is the subject."""
+    """Make a statement of the function that examines it; by default its module is the subject."""
 
     def decorate(examine: Callable[[Bench], Finding]) -> Statement:
-        subject = examine.__module__.rpartition(".")[2]
-        return Statement(id, title, subject, place, says, computed, examine)
+        own = subject or examine.__module__.rpartition(".")[2]
+        return Statement(id, title, own, place, says, computed, examine)
 
     return decorate

@@ -64,6 +64,27 @@ def bearing_matrix_a(stage: ParallelStage) -> FloatArray:
     return np.diag(diagonal)
 
 
+def masses_a(stage: ParallelStage, hub: float) -> list[float]:
+    """Diagonal of M_A (Eq. 6), in the order of Eq. (4); ``hub`` stands for the printed I_A."""
+    gears = (stage.pinion, stage.wheel)
+    return [
+        *(gear.rotary_mass(gear.base_radius) for gear in gears),
+        *(gear.mass for gear in gears * 2),
+        *(gear.rocking_mass for gear in gears),
+        hub / 2.0,
+    ]
+
+
+def masses_b(stage: PlanetaryStage, hub: float) -> list[float]:
+    """Diagonal of M_B (Eq. 10), in the order of Eq. (5); ``hub`` stands for the printed I_A."""
+    members = [(getattr(stage, name), stage.radius(name)) for name in ("sun", "carrier", "ring")]
+    members += [(stage.planet, stage.planet.base_radius)] * stage.planet_count
+    return [
+        hub / 2.0,
+        *(m for body, r in members for m in (body.mass, body.mass, body.rotary_mass(r))),
+    ]
+
+
 @dataclass(frozen=True)
 class Blocks:
     """Blocks of Eqs. (25) and (26) for one planet, as printed (N/m).

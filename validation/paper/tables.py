@@ -28,6 +28,10 @@ class RowVerdict(StrEnum):
     MISSED = "not reproduced"
 
 
+ROW_LOOKS = {RowVerdict.CORRECTED: "corrected", RowVerdict.MISSED: "fails"}
+"""CSS classes of rows that are not as printed."""
+
+
 @dataclass(frozen=True)
 class Found:
     """The computed mode nearest to a printed one.
@@ -190,13 +194,12 @@ def _finding(table: Spectra) -> Finding:
 
 def _blocks(table: Spectra, tolerance_reason: str) -> tuple[Block, ...]:
     headings = ("No.", "Printed (Hz)", "Column in the paper", *table.hits, "Verdict", "Reason")
-    looks = {RowVerdict.CORRECTED: "corrected", RowVerdict.MISSED: "fails"}
     rows = tuple(
         (str(r.number), r.printed, r.column,
          *(_beside(r.found.get(name)) for name in table.hits), r.verdict, r.reason)
         for r in table.rows
     )  # fmt: skip
-    styles = {i: looks[r.verdict] for i, r in enumerate(table.rows) if r.verdict in looks}
+    styles = {i: ROW_LOOKS[r.verdict] for i, r in enumerate(table.rows) if r.verdict in ROW_LOOKS}
     unprinted = tuple(f"Computed, but not printed: {mode}: {mode.reason}" for mode in table.missing)
     numbers = frozenset((0, 1, *range(3, 3 + len(table.hits))))
     return (

@@ -4,21 +4,35 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 from markupsafe import Markup
 
 from ..report.digits import scientific
 from ..report.page import Block, Columns, Note, Section, Table
-from .bench import Bench
+from .bench import Bench, peaks
+from .condensed_figures import hz
+from .figures import WIDE
 from .item import Finding, Verdict, statement
 from .modal_bases import (
     BAND,
     LOSS_FACTOR,
+    Basis,
     TruncationBench,
     TruncationRow,
     TruncationStudy,
+    all_errors,
     hub_note,
     truncation_study,
 )
+
+PRINTED_PEAKS_HZ = (1400.0, 1800.0, 2500.0, 2650.0)
+"""Sec. 4.4, of Fig. 13."""
+
+PEAK_HZ = 25.0
+"""Half of the 50 Hz to which the printed ones are given."""
+
+RIGID_SHAFT = 1e12
+"""k_sw (N/m) that no mode of the band can tell from a rigid shaft."""
 
 NEGLIGIBLE_DB = 1e-3
 SHADES = 5
@@ -99,6 +113,137 @@ def coupling_mode(bench: Bench) -> Finding:
          "expected_ratio": study.expected_ratio,
          **{f"ratio_{i}": r for i, r in enumerate(ratios, start=1)}},
     )  # fmt: skip
+
+
+@statement(
+    "fig13-peaks", "Frequencies that truncation brings", "Sec. 4.4, Fig. 13",
+    "Frequencies appear around 1400, 1800, 2500 and 2650 Hz in the radial and the rotational FRF, "
+    "due to the modes selected.",
+    "peaks of the sun's u and w in AB with the hub's mode left out that the full system does not "
+    "have, against the modes of AB with a rigid shaft",
+)  # fmt: skip
+def frequencies_of_truncation(bench: Bench) -> Finding:
+    """Which peaks does leaving the hub's mode out bring, and where do they come from?"""
+    radial, rotational = (_new_peaks(bench, f"B.sun.{dof}") for dof in "uw")
+    rigid = bench.modes("", RIGID_SHAFT).natural_frequencies
+    met = [f for f in PRINTED_PEAKS_HZ if any(abs(f - g) <= PEAK_HZ for g in rotational)]
+    known = all(np.min(np.abs(rigid - f)) <= PEAK_HZ for f in rotational)
+    source = (
+        f"modes of AB with a rigid shaft (to {PEAK_HZ:.0f} Hz): without its own mode the hub moves "
+        "as the sun does"
+        if known
+        else "not the modes of AB with a rigid shaft"
+    )
+    return Finding(
+        Verdict.of(len(met) == len(PRINTED_PEAKS_HZ) and bool(radial)),
+        f"in w: {hz(rotational)}, which are {source}. In u: {hz(radial)}. Of the printed "
+        f"frequencies {hz(met)} are among them (within {PEAK_HZ:.0f} Hz)",
+        {
+            "met": float(len(met)),
+            "new_in_w": float(len(rotational)),
+            "new_in_u": float(len(radial)),
+        },
+    )
+
+
+@statement(
+    "a-in-b", "Frequencies of A in truncated B", "Sec. 4.4, Fig. 13",
+    "Some peaks in Fig. 13 correspond to the frequencies of subsystem A.",
+    "the same peaks against the natural frequencies of A alone",
+)  # fmt: skip
+def frequencies_of_a(bench: Bench) -> Finding:
+    """Are the new peaks of truncated B those of A?"""
+    return _of_the_other(bench, "B.sun.w", bench.case.a)
+
+
+@statement(
+    "b-in-a", "Frequencies of B in A", "Sec. 4.4, Fig. 16",
+    "Some clearly seen peaks of A correspond to the rotational frequencies of subsystem B, when "
+    "the coupling DoF is truncated.",
+    "new peaks of the pinion's w in AB with the hub's mode left out, against the natural "
+    "frequencies of B alone",
+)  # fmt: skip
+def frequencies_of_b(bench: Bench) -> Finding:
+    """Are the new peaks of A those of B?"""
+    return _of_the_other(bench, "A.pinion.w", bench.case.b)
+
+
+def _of_the_other(bench: Bench, dof: str, other: str) -> Finding:
+    """Whether new peaks at a DoF are natural frequencies of the other subsystem alone."""
+    found = _new_peaks(bench, dof)
+    natural = bench.modes(other).natural_frequencies
+    gaps = {f: float(natural[np.argmin(np.abs(natural - f))]) - f for f in found}
+    met = [f for f, gap in gaps.items() if abs(gap) <= BAND.step]
+    nearest = ", ".join(f"{f:.0f} Hz ({gap:+.0f})" for f, gap in gaps.items())
+    return Finding(
+        Verdict.of(bool(met)),
+        f"new peaks, and how far the nearest natural frequency of '{other}' alone is: {nearest}; "
+        f"{len(met)} of {len(found)} are one of its (fig13-peaks says whose the others are)",
+        {"met": float(len(met)), "new": float(len(found))},
+    )
+
+
+def _new_peaks(bench: Bench, dof: str) -> list[float]:
+    """Peaks (Hz) with the hub's mode left out that the full system does not have."""
+    trunk, label = bench.once(TruncationBench), bench.case.label(dof)
+    full, truncated = (
+        peaks(trunk.frequency, frf.between(label, label))
+        for frf in (trunk.full(), trunk.coupled(Basis(1, False, None)))
+    )
+    return [float(f) for f in truncated if np.min(np.abs(full - f)) > BAND.step]
+
+
+@statement(
+    "b-affects-a", "Truncating B, felt in A and in B", "end of Sec. 4.4",
+    "The truncation of modes of B affects the FRF of subsystem A more than that of B.",
+    "scaled errors of all FRFs of A and of B in AB, B truncated, median over lines",
+)  # fmt: skip
+def truncation_felt(bench: Bench) -> Finding:
+    """Which subsystem's FRFs in AB suffer more from modes of B left out?"""
+    trunk = bench.once(TruncationBench)
+    labels = trunk.model.whole.labels
+    parts = [
+        [labels.index(label) for label in own]
+        for own in (bench.case.internal_a, bench.case.internal_b)
+    ]
+    n = trunk.beyond
+    bases = (Basis(n, False, None), Basis(n - 1, True, None))
+    medians = [
+        [float(np.median(error[:, own][:, :, own].max(axis=(1, 2)))) for own in parts]
+        for error in all_errors(trunk, trunk.frequency[::4], bases)
+    ]
+    (all_a, all_b), (kept_a, kept_b) = medians
+    return Finding(
+        Verdict.of(all_a > all_b and kept_a > kept_b, all_a > all_b),
+        f"all {n} modes left out: A is off by {all_a:.2g}, B by {all_b:.2g}; the hub's mode kept: "
+        f"A by {kept_a:.2g}, B by {kept_b:.2g}"
+        + ("" if kept_a > kept_b else ": it is the hub's mode that A feels, and B the others"),
+        {"all_left_out_a": all_a, "all_left_out_b": all_b,
+         "hub_kept_a": kept_a, "hub_kept_b": kept_b},
+    )  # fmt: skip
+
+
+@statement(
+    "outside-band", "Truncation outside the band", "end of Sec. 4.4",
+    "The modal truncation does not affect the substructuring method outside the frequency range.",
+    f"scaled errors of all FRFs of AB from {BAND.end:g} to {WIDE.end:g} Hz, the modes beyond "
+    f"{BAND.end:g} Hz left out",
+)  # fmt: skip
+def outside_band(bench: Bench) -> Finding:
+    """Do FRFs beyond the band survive without its modes?"""
+    trunk = bench.once(TruncationBench)
+    n = trunk.beyond
+    lines = np.arange(BAND.end + 55.0, WIDE.end, 100.0)
+    bases = (Basis(n, False, None), Basis(n - 1, True, None))
+    every, kept = (
+        float(np.median(error.max(axis=(1, 2)))) for error in all_errors(trunk, lines, bases)
+    )
+    return Finding(
+        Verdict.of(max(every, kept) <= bench.tolerance),
+        f"median over lines: {every:.2g} with all {n} left out, {kept:.2g} with the hub's kept; "
+        f"{bench.tolerance:.1%} allowed. FRFs there are made of the very modes that are left out",
+        {"all_left_out": every, "hub_kept": kept},
+    )
 
 
 def _listed(row: TruncationRow) -> str:
