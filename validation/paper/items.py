@@ -99,14 +99,14 @@ ITEMS: tuple[Statement, ...] = (
     condensation.condensed_receptance,
 )
 
-NUMBERED = re.compile(r"((?:fig|table)\d+)")
+NUMBERED = re.compile(r"(fig\d+)")
 
 
 def groups(items: Sequence[Statement] = ITEMS) -> dict[str, tuple[Statement, ...]]:
     """Names that stand for several items: a figure of several parts, a subject, all claims."""
     found: dict[str, list[Statement]] = {}
     for each in items:
-        figure = NUMBERED.match(each.id)
+        figure = NUMBERED.match(each.id) if each.subject == "figures" else None
         kind = () if each.subject in ("figures", "tables") else ("claims",)
         for name in (*((figure[1],) if figure else ()), each.subject, *kind):
             found.setdefault(name, []).append(each)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from fbs import Frf, Joint, SecondOrderSystem, couple, direct_frf
 
@@ -30,23 +30,21 @@ class SplitAtShaft:
         }
         self.ends = ((a, case.hub), (b, self.end))
 
-    def frfs(self, lines: FloatArray, points: Sequence[str] | None = None) -> dict[str, Frf]:
+    def frfs(
+        self,
+        lines: FloatArray,
+        points: Sequence[str] | None = None,
+        synthesis: Callable[..., Frf] = direct_frf,
+    ) -> dict[str, Frf]:
         """The subsystems' FRFs, at points and at the joint's ends (default: all)."""
         found = {}
         for (name, system), (_, end) in zip(self.stages.items(), self.ends, strict=True):
             labels = None
             if points is not None:
                 labels = (end, *(p for p in points if p in system.labels and p != end))
-            found[name] = direct_frf(system, lines, labels, labels)
+            found[name] = synthesis(system, lines, labels, labels)
         return found
 
     def coupled(self, frfs: dict[str, Frf], stiffness: float) -> Frf:
         """FRFs with the joint k_sw between the subsystems."""
         return couple(frfs, [Joint(*self.ends, stiffness=stiffness)]).frf
-
-    def sweep(
-        self, lines: FloatArray, stiffnesses: Sequence[float], points: Sequence[str]
-    ) -> list[Frf]:
-        """FRFs at the points for many k_sw; the subsystems are solved once."""
-        frfs = self.frfs(lines, points)
-        return [self.coupled(frfs, stiffness) for stiffness in stiffnesses]
