@@ -15,7 +15,6 @@ import numpy as np
 
 from fbs import Frf, SecondOrderSystem, direct_frf, real_modes
 from fbs.condensation import block_dofs, condense_blocked
-from mbs_models.model.parameters import Drivetrain
 
 from ..arrays import ComplexArray, FloatArray
 from ..checks.check import Check
@@ -135,16 +134,22 @@ def locked_checks(bench: Bench) -> tuple[LockedCheck, ...]:
 
 
 def _locked_check(bench: Bench, condensed: Condensation) -> LockedCheck:
+    from mbs_models.system.drivetrain import build_drivetrain  # exudyn takes its time to load
+    from mbs_models.system.locking import lock_dofs, project
+
     case, masters = bench.case, condensed.masters
     labels = tuple(dof.label for dof in case.dofs)
     slaves = tuple(label for label in labels if label not in masters)
     model = bench.exudyn()
     blocked = block_dofs(model.whole, slaves)
-    locked = ExudynLocked.of(case.drivetrain, slaves)
+    locked = project(lock_dofs(build_drivetrain(case.drivetrain), slaves))
+    names = tuple(f"z{k}" for k in range(len(locked.mass)))
+    projected = SecondOrderSystem(locked.mass, locked.damping, locked.stiffness, names)
     expected = real_modes(blocked).natural_frequencies
-    frequencies = real_modes(locked.projected).natural_frequencies
+    frequencies = real_modes(projected).natural_frequencies
     lines = _clear_lines(np.concatenate([frequencies, bench.modes().natural_frequencies]))
-    exact = locked.receptance(lines, masters)
+    rows = [locked.dofs.index(label) for label in masters]
+    exact = locked.receptance(lines)[np.ix_(range(len(lines)), rows, rows)]
     by_matrix = direct_frf(blocked, lines, masters, masters).values
     by_formula = condense_blocked(couple_points(model, lines, labels), masters).values
     size = np.where(frequencies > 0.0, frequencies, 1.0)
@@ -165,31 +170,6 @@ def _clear_lines(poles: FloatArray) -> FloatArray:
     gap = np.abs(lines[:, None] - poles[None, :]) / lines[:, None]
     clear: FloatArray = lines[gap.min(axis=1) > NEAR_POLE]
     return clear
-
-
-@dataclass(frozen=True)
-class ExudynLocked:
-    """exudyn's model with coordinates locked: its projected matrices, and labels read off them."""
-
-    projected: SecondOrderSystem
-    shapes: FloatArray
-    dofs: tuple[str, ...]
-
-    @classmethod
-    def of(cls, drivetrain: Drivetrain, slaves: tuple[str, ...]) -> ExudynLocked:
-        """Build the whole drivetrain, lock DoFs in the model, let exudyn project them out."""
-        from mbs_models.system.drivetrain import build_drivetrain  # exudyn takes its time to load
-        from mbs_models.system.locking import lock_dofs, project
-
-        found = project(lock_dofs(build_drivetrain(drivetrain), slaves))
-        names = tuple(f"z{k}" for k in range(len(found.mass)))
-        projected = SecondOrderSystem(found.mass, found.damping, found.stiffness, names)
-        return cls(projected, found.shapes, found.dofs)
-
-    def receptance(self, frequency: FloatArray, labels: tuple[str, ...]) -> ComplexArray:
-        """H = S (K − ω²M + jωC)⁻¹ Sᵀ between labels, (n_frequency, n, n) m/N."""
-        rows = self.shapes[[self.dofs.index(label) for label in labels]]
-        return np.asarray(rows @ direct_frf(self.projected, frequency).values @ rows.T)
 
 
 # --- the statements ---

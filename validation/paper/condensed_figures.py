@@ -15,11 +15,10 @@ import numpy as np
 from fbs import Frf, direct_frf
 from fbs.condensation import block_dofs
 
-from ..arrays import FloatArray
 from ..checks.metrics import scaled_error
-from .bench import Bench, RouteName, at_shaft, curve, difference, peaks, scale
-from .figures import NARROW, Drawing, Judgement, picture
-from .item import Curve, Finding, Statement, Verdict, statement
+from .bench import Bench, RouteName, at_shaft, curve, peaks
+from .figures import NARROW, Drawing, Judgement, Sketch, figure
+from .item import Finding, Statement, Verdict, statement
 from .printed_values import GLOBAL_PEAK_HZ, SHAFT_STIFFNESSES
 from .resonances import repeated
 
@@ -97,9 +96,9 @@ def blocked_frf(bench: Bench, drawing: Drawing) -> Frf:
     return direct_frf(blocked, drawing.lines(bench), [response], [excitation])
 
 
-def condensed_curves(bench: Bench, drawing: Drawing) -> tuple[list[Curve], FloatArray]:
-    """The subsystem alone, in AB by both routes, and with the rest of AB blocked; row norms."""
-    letter = drawing.part
+def alone_and_condensed(bench: Bench, drawing: Drawing) -> Sketch:
+    """The subsystem alone, in AB by both routes, and with the rest of AB blocked."""
+    letter, part = drawing.part, drawing.part_name(bench)
     curves = [
         drawing.curve(bench, RouteName.EXUDYN, f"{letter} alone"),
         drawing.curve(bench, RouteName.FBS, f"{letter} in AB, no force on the rest", ""),
@@ -109,23 +108,23 @@ def condensed_curves(bench: Bench, drawing: Drawing) -> tuple[list[Curve], Float
             blocked_frf(bench, drawing), *drawing.pair(bench),
         ),
     ]  # fmt: skip
-    alone = bench.frf(RouteName.EXUDYN, drawing.band, drawing.shaft, drawing.part_name(bench))
-    return curves, scale(alone, *drawing.pair(bench))
+    alone = bench.frf(RouteName.EXUDYN, drawing.band, drawing.shaft, part)
+    return Sketch(curves, alone, [(part, f"{letter} alone"), ("", "AB")])
 
 
 def look(bench: Bench, drawing: Drawing) -> Seen:
     """What a reader of the curves sees."""
-    curves, row_scale = bench.once(condensed_curves, drawing)
+    curves = bench.once(alone_and_condensed, drawing).curves
     lines = drawing.lines(bench)
     alone, within, blocked = (tuple(peaks(lines, curves[k].values).tolist()) for k in (0, 1, 3))
-    found = difference(lines, curves[0], curves[1], row_scale)
+    change = 20.0 * np.log10(np.abs(curves[1].values / curves[0].values))
     partner = {min(within, key=lambda g: abs(g - f)): f for f in alone}
     return Seen(
         drawing=drawing,
         alone=alone,
         within=within,
         blocked=blocked,
-        median_db=float(np.nanmedian(np.abs(found.decibel))),
+        median_db=float(np.median(np.abs(change))),
         new=tuple(f for f in within if f not in partner),
         moved=tuple(
             (old, f) for f, old in partner.items() if abs(f - old) > 1.5 * drawing.band.step
@@ -172,27 +171,16 @@ def global_peak(bench: Bench, seen: Seen) -> float | None:
 
 
 def _figure(
-    id: str, direction: str, dof: str, judge: CondensedJudge, says: str,
-    stiffness: float = SHAFT_STIFFNESSES[0], shaft: float | None = None,
-) -> Statement:  # fmt: skip
-    letter = dof[0]
-    drawing = Drawing(dof, NARROW, letter, shaft)
-    caption = f"Condensed and non-condensed subsystem {letter} FRF, in the {direction} direction"
-    body = dof.split(".")[1]
-
-    def examine(bench: Bench) -> Finding:
-        curves, row_scale = bench.once(condensed_curves, drawing)
-        marks = (
-            *drawing.marks(bench, f"{letter} alone"),
-            *drawing.marks(bench, "AB", ""),
-        )
-        verdict, evidence = judge(bench, bench.once(look, drawing))
-        shown = picture(bench, caption, drawing, curves, row_scale, marks)
-        return Finding(verdict, evidence, picture=shown)
-
-    return Statement(
-        id, f"Subsystem {letter} alone and condensed, {body}, {direction}, {at_shaft(stiffness)}",
-        "figures", f"Fig. {id[3:5]}, Sec. 4.3", says, COMPUTED, examine
+    id: str, direction: str, dof: str, judge: CondensedJudge, says: str, shaft: float | None = None
+) -> Statement:
+    letter, body, _ = dof.split(".")
+    stiffness = at_shaft(SHAFT_STIFFNESSES[0] if shaft is None else shaft)
+    return figure(
+        id, f"Subsystem {letter} alone and condensed, {body}, {direction}, {stiffness}", "Sec. 4.3",
+        f"Condensed and non-condensed subsystem {letter} FRF, in the {direction} direction", says,
+        Drawing(dof, NARROW, letter, shaft),
+        lambda drawn: judge(drawn.bench, drawn.bench.once(look, drawn.drawing)),
+        lambda bench, drawing: bench.once(alone_and_condensed, drawing), COMPUTED,
     )  # fmt: skip
 
 
@@ -221,7 +209,7 @@ FIG_11 = (
 )  # fmt: skip
 
 FIG_12 = tuple(
-    _figure(id, "rotational", "A.wheel.w", judge_stiffer_is_higher, FALLS, shaft, shaft)
+    _figure(id, "rotational", "A.wheel.w", judge_stiffer_is_higher, FALLS, shaft)
     for id, shaft in (("fig12a", max(SHAFT_STIFFNESSES)), ("fig12b", min(SHAFT_STIFFNESSES)))
 )
 

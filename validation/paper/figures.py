@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+
+from fbs import Frf
 
 from ..arrays import FloatArray
 from ..checks.check import Check
@@ -21,7 +24,7 @@ from .bench import (
     peaks,
     scale,
 )
-from .item import Curve, Finding, Picture, Resonance, Statement, Verdict
+from .item import Curve, Difference, Finding, Picture, Resonance, Statement, Verdict
 from .printed_values import NUMBERED_AS_SECOND_PLANET, SHAFT_STIFFNESSES
 from .resonances import resonances
 
@@ -67,67 +70,127 @@ class Drawing:
         of = self.part_name(bench) if part is None else part
         return curve(name, route, bench.frf(route, self.band, self.shaft, of), *self.pair(bench))
 
-    def marks(self, bench: Bench, name: str, part: str | None = None) -> tuple[Resonance, ...]:
+    def marks(self, bench: Bench) -> tuple[Resonance, ...]:
         """Natural frequencies of the system drawn, in the band."""
-        of = self.part_name(bench) if part is None else part
-        return resonances(bench, of, self.shaft, self.pair(bench), self.band.end, name)
+        part = self.part_name(bench)
+        return resonances(bench, part, self.shaft, self.pair(bench), self.band.end, "")
 
 
-Judge = Callable[[Bench, Drawing], Judgement]
+@dataclass(frozen=True, eq=False)
+class Sketch:
+    """What a figure is drawn from.
+
+    Attributes
+    ----------
+    curves
+        The first is the reference of the others.
+    rows
+        The FRFs whose row norms scale their errors.
+    systems
+        Systems whose modes are marked: (stage, or "" for the whole; what the figure calls it).
+    same
+        How many of the others are the reference's own FRF by another route.
+    note
+        What else is to be said of the lines.
+    """
+
+    curves: Sequence[Curve]
+    rows: Frf
+    systems: Sequence[tuple[str, str]]
+    same: int = 0
+    note: str = ""
 
 
-def picture(
-    bench: Bench,
-    caption: str,
-    drawing: Drawing,
-    curves: Sequence[Curve],
-    row_scale: FloatArray,
-    marks: Sequence[Resonance],
-    note: str = "",
-) -> Picture:
-    """A picture of its curves; the first one is the reference of the differences."""
+@dataclass(frozen=True, eq=False)
+class Drawn:
+    """A figure as its judge sees it; ``row_scale``: (n_frequency,) √(h_i h_j)."""
+
+    bench: Bench
+    drawing: Drawing
+    picture: Picture
+    row_scale: FloatArray
+
+    def curve(self, name: str) -> Curve:
+        """A curve by its name."""
+        return next(each for each in self.picture.curves if each.name == name)
+
+    def difference(self, name: str) -> Difference:
+        """A curve's difference from the first one."""
+        return next(each for each in self.picture.differences if each.curve == name)
+
+
+Draw = Callable[[Bench, Drawing], Sketch]
+Judge = Callable[[Drawn], Judgement]
+
+
+def draw(bench: Bench, drawing: Drawing, caption: str, sketch: Sketch) -> Drawn:
+    """A figure from its curves."""
     lines = bench.axis(drawing.band, drawing.shaft)
-    response, excitation = map(bench.case.dof, drawing.pair(bench))
-    first, *others = curves
-    return Picture(
-        caption, RECEPTANCE, response, excitation, lines.frequency, lines.note + note,
-        tuple(curves),
+    pair = drawing.pair(bench)
+    row_scale = scale(sketch.rows, *pair)
+    first, *others = sketch.curves
+    marks = [
+        mark
+        for part, name in sketch.systems
+        for mark in resonances(bench, part, drawing.shaft, pair, drawing.band.end, name)
+    ]
+    response, excitation = map(bench.case.dof, pair)
+    shown = Picture(
+        caption, RECEPTANCE, response, excitation, lines.frequency, lines.note + sketch.note,
+        tuple(sketch.curves),
         tuple(difference(lines.frequency, first, c, row_scale) for c in others),
         tuple(marks),
     )  # fmt: skip
+    return Drawn(bench, drawing, shown, row_scale)
 
 
-def route_checks(id: str, shown: Picture) -> tuple[Check, ...]:
-    """The routes to one FRF against the first of them."""
-    reference, *routes = (each.route for each in shown.curves)
+def route_checks(id: str, shown: Picture, same: int) -> tuple[Check, ...]:
+    """The first routes to one FRF against the reference."""
+    reference, *others = shown.curves
     return tuple(
         Check(
-            "FRFs of the figures", "the paper's pictures", (reference, route),
+            "FRFs of the figures", "the paper's pictures", (reference.route, other.route),
             "scaled error", each.worst_scaled, FRF_TOLERANCE, FRF_REASON,
             note=f"{id}, {each.worst_scaled_hz:g} Hz",
         )
-        for route, each in zip(routes, shown.differences, strict=True)
+        for other, each in list(zip(others, shown.differences, strict=True))[:same]
     )  # fmt: skip
 
 
-def figure(
-    id: str, title: str, place: str, caption: str, says: str, drawing: Drawing, judge: Judge
-) -> Statement:
+def by_every_route(bench: Bench, drawing: Drawing) -> Sketch:
     """One FRF of a stage, or of the whole, by every route there is to it."""
+    routes = [RouteName.EXUDYN, RouteName.EQUATIONS, RouteName.FBS][: 2 if drawing.part else 3]
+    prefix = "" if drawing.part else "full system, "
+    names = (f"{prefix}exudyn", f"{prefix}equations", "coupled by FBS")
+    curves = [drawing.curve(bench, r, n) for r, n in zip(routes, names, strict=False)]
+    system = f"subsystem {drawing.part}" if drawing.part else "full system"
+    part = drawing.part_name(bench)
+    exact = bench.frf(RouteName.EXUDYN, drawing.band, drawing.shaft, part)
+    return Sketch(curves, exact, [(part, system)], same=len(curves) - 1)
+
+
+def figure(
+    id: str,
+    title: str,
+    section: str,
+    caption: str,
+    says: str,
+    drawing: Drawing,
+    judge: Judge,
+    sketch: Draw = by_every_route,
+    computed: str = COMPUTED,
+) -> Statement:
+    """A figure, or a part of one: its words, what it draws, and what is said of it."""
 
     def examine(bench: Bench) -> Finding:
-        routes = [RouteName.EXUDYN, RouteName.EQUATIONS, RouteName.FBS][: 2 if drawing.part else 3]
-        prefix = "" if drawing.part else "full system, "
-        names = (f"{prefix}exudyn", f"{prefix}equations", "coupled by FBS")
-        curves = [drawing.curve(bench, r, n) for r, n in zip(routes, names, strict=False)]
-        system = f"subsystem {drawing.part}" if drawing.part else "full system"
-        exact = bench.frf(RouteName.EXUDYN, drawing.band, drawing.shaft, drawing.part_name(bench))
-        row_scale = scale(exact, *drawing.pair(bench))
-        shown = picture(bench, caption, drawing, curves, row_scale, drawing.marks(bench, system))
-        verdict, evidence = judge(bench, drawing)
-        return Finding(verdict, evidence, picture=shown, checks=route_checks(id, shown))
+        drawn_from = sketch(bench, drawing)
+        drawn = draw(bench, drawing, caption, drawn_from)
+        verdict, evidence = judge(drawn)
+        checks = route_checks(id, drawn.picture, drawn_from.same)
+        return Finding(verdict, evidence, picture=drawn.picture, checks=checks)
 
-    return Statement(id, title, "figures", place, says, COMPUTED, examine)
+    place = f"Fig. {re.sub('[^0-9].*', '', id[3:])}, {section}"
+    return Statement(id, title, "figures", place, says, computed, examine)
 
 
 # --- what is said of them ---
@@ -151,13 +214,12 @@ def relative_size(bench: Bench, drawing: Drawing) -> float:
     return float(np.max(np.abs(full.between(*pair)) / scale(full, *pair)))
 
 
-def judge_peaks(bench: Bench, drawing: Drawing) -> Judgement:
+def judge_peaks(drawn: Drawn) -> Judgement:
     """Whether every peak of the curve is a natural frequency, to one line."""
-    own = drawing.curve(bench, RouteName.EXUDYN, "")
-    found = peaks(drawing.lines(bench), own.values)
-    natural = bench.modes(drawing.part_name(bench), drawing.shaft).natural_frequencies
-    marks = drawing.marks(bench, "")
-    strays = [f for f in found if np.min(np.abs(natural - f)) > drawing.band.step]
+    found = peaks(drawn.picture.frequency, drawn.picture.curves[0].values)
+    marks = drawn.picture.resonances
+    natural = np.array([mark.frequency_hz for mark in marks])
+    strays = [f for f in found if np.min(np.abs(natural - f)) > drawn.drawing.band.step]
     seen, hidden = (
         ", ".join(f"{m.frequency_hz:.1f} Hz ({m.kind})" for m in marks if m.visible == visible)
         for visible in (True, False)
@@ -168,20 +230,20 @@ def judge_peaks(bench: Bench, drawing: Drawing) -> Judgement:
     return Verdict.of(not strays), evidence
 
 
-def judge_identical(bench: Bench, drawing: Drawing) -> Judgement:
+def judge_identical(drawn: Drawn) -> Judgement:
     """Whether coupled and full system agree to round-off."""
-    scaled, decibel = routes_error(bench, drawing)
+    scaled, decibel = routes_error(drawn.bench, drawn.drawing)
     return Verdict.of(scaled <= FRF_TOLERANCE), (
         f"coupled by FBS against the full system: scaled error at most {scaled:.1e}, "
         f"{decibel:.1e} dB"
     )
 
 
-def judge_dof_number(bench: Bench, drawing: Drawing) -> Judgement:
+def judge_dof_number(drawn: Drawn) -> Judgement:
     """Whether the FRFs agree, and the caption's number is the DoF it names."""
-    verdict, evidence = judge_identical(bench, drawing)
-    numbered = bench.case.dofs[NUMBERED_AS_SECOND_PLANET - 1]
-    named = bench.case.dof(bench.case.label("B.planet2.u"))
+    verdict, evidence = judge_identical(drawn)
+    case = drawn.bench.case
+    numbered, named = case.dofs[NUMBERED_AS_SECOND_PLANET - 1], case.dof(case.label("B.planet2.u"))
     if numbered == named or verdict == Verdict.FAILS:
         return verdict, evidence
     return Verdict.CORRECTED, (
@@ -191,11 +253,11 @@ def judge_dof_number(bench: Bench, drawing: Drawing) -> Judgement:
     )
 
 
-def judge_zero(bench: Bench, drawing: Drawing) -> Judgement:
+def judge_zero(drawn: Drawn) -> Judgement:
     """Whether the FRF drawn is there at all."""
-    size = relative_size(bench, drawing)
+    size = relative_size(drawn.bench, drawn.drawing)
     if size > ZERO:
-        verdict, identical = judge_identical(bench, drawing)
+        verdict, identical = judge_identical(drawn)
         return verdict, f"{size:.1e} is the largest |H|/√(h_i h_j) in the band; {identical}"
     return Verdict.FAILS, (
         f"the largest |H|/√(h_i h_j) in the band is {size:.1e}, zero to round-off: turning the hub "
@@ -204,14 +266,11 @@ def judge_zero(bench: Bench, drawing: Drawing) -> Judgement:
     )
 
 
-def judge_no_difference(bench: Bench, drawing: Drawing) -> Judgement:
+def judge_no_difference(drawn: Drawn) -> Judgement:
     """Whether there is the difference (or the new frequency) that the paper sees."""
-    scaled, decibel = routes_error(bench, drawing)
-    lines = drawing.lines(bench)
-    own, coupled = (
-        set(peaks(lines, drawing.curve(bench, route, "").values))
-        for route in (RouteName.EXUDYN, RouteName.FBS)
-    )
+    scaled, decibel = routes_error(drawn.bench, drawn.drawing)
+    lines = drawn.picture.frequency
+    own, _, coupled = (set(peaks(lines, each.values)) for each in drawn.picture.curves)
     extra = ", ".join(f"{f:g} Hz" for f in sorted(coupled - own))
     there = scaled > FRF_TOLERANCE or bool(extra)
     return Verdict.of(there), (
@@ -221,9 +280,9 @@ def judge_no_difference(bench: Bench, drawing: Drawing) -> Judgement:
     )
 
 
-def judge_nearly_the_same(bench: Bench, drawing: Drawing) -> Judgement:
+def judge_nearly_the_same(drawn: Drawn) -> Judgement:
     """Whether both methods have the same peaks, and differ a little in magnitude."""
-    verdict, evidence = judge_no_difference(bench, drawing)
+    verdict, evidence = judge_no_difference(drawn)
     if verdict == Verdict.HOLDS:
         return verdict, evidence
     return Verdict.CORRECTED, f"{evidence}: the same frequencies, and the same magnitude"
@@ -242,7 +301,7 @@ SAYS_13 = "H_13,13 belongs to the second planet's u; both methods agree."
 
 FIG_3 = tuple(
     figure(
-        f"fig3{end}", f"Subsystem A, pinion, direction {dof}", "Fig. 3, Sec. 4.1",
+        f"fig3{end}", f"Subsystem A, pinion, direction {dof}", "Sec. 4.1",
         f"Subsystem A FRF in axial and radial directions: ({end}) in direction {dof}",
         "The peaks correspond to the natural frequencies of subsystem A.",
         Drawing(f"A.pinion.{dof}", NARROW, "A"), judge_peaks,
@@ -252,7 +311,7 @@ FIG_3 = tuple(
 
 FIG_4 = tuple(
     figure(
-        f"fig4{end}", f"Subsystem B, sun, {words}", "Fig. 4, Sec. 4.1",
+        f"fig4{end}", f"Subsystem B, sun, {words}", "Sec. 4.1",
         f"Subsystem B FRF: ({end}) in the {words} of the sun",
         "The peaks correspond to the natural frequencies of subsystem B.",
         Drawing(f"B.sun.{dof}", WIDE, "B"), judge_peaks,
@@ -262,7 +321,7 @@ FIG_4 = tuple(
 
 FIG_5 = tuple(
     figure(
-        f"fig5{end}", f"Coupled and full system, sun, {words}", "Fig. 5, Sec. 4.1",
+        f"fig5{end}", f"Coupled and full system, sun, {words}", "Sec. 4.1",
         f"Coupled system FRF computed by two methods: ({end}) in the {words} of the sun",
         "The curves of the coupled and of the full system are identical.",
         Drawing(f"B.sun.{dof}", WIDE_NOT_STATED), judge_identical,
@@ -272,23 +331,23 @@ FIG_5 = tuple(
 
 FIG_6 = (
     figure(
-        "fig6a", "Coupled and full system, hub", "Fig. 6, Sec. 4.1",
+        "fig6a", "Coupled and full system, hub", "Sec. 4.1",
         "H_99 at the coupling DoF θ(2,2)",
         "The natural frequencies by both methods are in good agreement.",
         Drawing("hub", WIDE_NOT_STATED), judge_identical,
     ),
     figure(
-        "fig6b", "Coupled and full system, DoF 13 of Eq. (11)", "Fig. 6, Sec. 4.1", DOF_13, SAYS_13,
+        "fig6b", "Coupled and full system, DoF 13 of Eq. (11)", "Sec. 4.1", DOF_13, SAYS_13,
         Drawing("B.carrier.u", WIDE_NOT_STATED), judge_dof_number,
     ),
     figure(
-        "fig6b-planet2", "Coupled and full system, second planet, radial", "Fig. 6, Sec. 4.1",
+        "fig6b-planet2", "Coupled and full system, second planet, radial", "Sec. 4.1",
         DOF_13, SAYS_13, Drawing("B.planet2.u", WIDE_NOT_STATED), judge_dof_number,
     ),
 )  # fmt: skip
 
 FIG_7 = figure(
-    "fig7", "From the sun's u to the hub", "Fig. 7, Sec. 4.1",
+    "fig7", "From the sun's u to the hub", "Sec. 4.1",
     "The FRF H_910 between the coupling DoF θ(2,2) and the sun's u_s",
     "H_9,10 has resonances; both methods agree, except a small difference in magnitude.",
     Drawing("hub", WIDE_NOT_STATED, excitation="B.sun.u"), judge_zero,
@@ -297,7 +356,7 @@ FIG_7 = figure(
 FIGS_8_AND_9 = tuple(
     figure(
         f"fig{number}{end}", f"Sun, {words} direction, {at_shaft(shaft)}",
-        f"Fig. {number}, Sec. 4.2",
+        "Sec. 4.2",
         f"The sun's {words} FRF direction: ({end}) {at_shaft(shaft)}", says,
         Drawing(f"B.sun.{dof}", WIDE, shaft=shaft),
         judge_nearly_the_same if says == SMALL else judge_no_difference,

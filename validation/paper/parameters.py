@@ -180,7 +180,7 @@ def rotation_and_bending(bench: Bench) -> Finding:
     shown = {
         mark.frequency_hz: None
         for dof in "yz"
-        for mark in Drawing(f"A.pinion.{dof}", NARROW, "A").marks(bench, "")
+        for mark in Drawing(f"A.pinion.{dof}", NARROW, "A").marks(bench)
         if mark.visible
     }
     shares = {f: _by_motion(modes, energy, f) for f in sorted(shown)}

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from fbs import RealModes
-from mbs_models.modal.mode_kinds import FAMILY_SHARE, REPEATED, Kind, family_bases, label_inertias
+from mbs_models.modal.mode_kinds import (
+    FAMILY_SHARE,
+    Kind,
+    family_bases,
+    label_inertias,
+    mode_groups,
+)
 
 from ..arrays import FloatArray
 from .bench import Bench
@@ -59,17 +63,9 @@ def resonances(
     return tuple(marks)
 
 
-def repeated(modes: RealModes) -> Iterator[list[int]]:
+def repeated(modes: RealModes) -> list[list[int]]:
     """Elastic modes in groups of equal frequency."""
-    group: list[int] = []
-    f = modes.natural_frequencies
-    for mode in range(modes.n_rigid, len(f)):
-        if group and f[mode] - f[group[0]] > REPEATED * f[mode]:
-            yield group
-            group = []
-        group.append(mode)
-    if group:
-        yield group
+    return mode_groups(modes.natural_frequencies, modes.n_rigid)
 
 
 def mode_kinds(bench: Bench, part: str, shaft: float | None = None) -> list[str]:

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable
+from functools import partial
 
 import numpy as np
 
-from fbs import Frf, direct_frf
+from fbs import direct_frf
 
-from ..arrays import FloatArray
 from .bench import Bench, RouteName, at_shaft, curve, difference, scale
-from .figures import Drawing, Judgement, picture, route_checks
-from .item import Curve, Difference, Finding, Picture, Statement, Verdict
+from .figures import Drawing, Drawn, Judgement, Sketch, figure
+from .item import Verdict
 from .modal_bases import BAND, LOSS_FACTOR, Basis, TruncationBench
 from .printed_values import SHAFT_STIFFNESSES
 
@@ -35,204 +34,149 @@ STATIC = "all left out, static residual"
 SECOND = "all left out, residual to 2nd order"
 
 
-@dataclass(frozen=True)
-class Errors:
-    """Differences of the figure's curves to the first one, by name.
-
-    Attributes
-    ----------
-    by_name, curves
-        Name → difference, and curve.
-    row_scale
-        (n_frequency,) √(h_i h_j).
-    tolerance
-        What is allowed, as a share of it.
-    """
-
-    by_name: dict[str, Difference]
-    curves: dict[str, Curve]
-    row_scale: FloatArray
-    tolerance: float
-
-    def worst(self, name: str) -> float:
-        """Largest scaled error of a curve."""
-        return self.by_name[name].worst_scaled
-
-    def within(self, name: str) -> bool:
-        """Whether a curve is within the tolerance at every line."""
-        return self.worst(name) <= self.tolerance
-
-    def words(self, *names: str) -> str:
-        """Errors of curves, scaled and in dB, in words."""
-        parts = []
-        for name in names:
-            found = self.by_name[name]
-            median = float(np.nanmedian(np.abs(found.decibel)))
-            parts.append(
-                f"{name}: {found.worst_scaled:.2g} at {found.worst_scaled_hz:.0f} Hz (in dB "
-                f"{found.worst_db:.3g} at {found.worst_db_hz:.0f} Hz, median {median:.1g})"
-            )
-        return f"largest scaled error ({self.tolerance:.1%} allowed): " + "; ".join(parts)
+def within(drawn: Drawn, name: str) -> bool:
+    """Whether a curve is within the tolerance at every line."""
+    return drawn.difference(name).worst_scaled <= drawn.bench.tolerance
 
 
-TruncationJudge = Callable[[Errors], Judgement]
+def words(drawn: Drawn, *names: str) -> str:
+    """Errors of curves, scaled and in dB, in words."""
+    parts = []
+    for found in map(drawn.difference, names):
+        median = float(np.nanmedian(np.abs(found.decibel)))
+        parts.append(
+            f"{found.curve}: {found.worst_scaled:.2g} at {found.worst_scaled_hz:.0f} Hz (in dB "
+            f"{found.worst_db:.3g} at {found.worst_db_hz:.0f} Hz, median {median:.1g})"
+        )
+    return f"largest scaled error ({drawn.bench.tolerance:.1%} allowed): " + "; ".join(parts)
 
 
-def in_ab(bench: Bench, label: str, one_by_one: bool) -> tuple[list[Curve], Frf]:
-    """A drive-point FRF of AB with B truncated (Figs. 13 and 16), and the exact FRFs."""
-    trunk = bench.once(TruncationBench)
-    n = trunk.beyond
-    bases = [
+# --- what is drawn ---
+
+
+def in_ab(bench: Bench, drawing: Drawing, one_by_one: bool = False) -> Sketch:
+    """A drive-point FRF of AB with B truncated (Figs. 13 and 16)."""
+    trunk, pair = bench.once(TruncationBench), drawing.pair(bench)
+    bases = _bases(trunk.beyond, range(2, trunk.beyond) if one_by_one else ())
+    exact = trunk.full()
+    curves = [curve("full system", RouteName.EXUDYN, exact, *pair)]
+    curves += [curve(name, TRUNCATED, trunk.coupled(basis), *pair) for name, basis in bases]
+    return Sketch(curves, exact, [("", "full system")], same=1, note=DAMPING_NOTE)
+
+
+def alone(bench: Bench, drawing: Drawing) -> Sketch:
+    """A drive-point FRF of B alone, truncated (Fig. 15)."""
+    trunk, pair = bench.once(TruncationBench), drawing.pair(bench)
+    exact = direct_frf(trunk.system, trunk.frequency, excitations=pair[:1])
+    curves = [curve("subsystem B", "exudyn", exact, *pair)]
+    for name, basis in _bases(trunk.beyond, ())[1:]:
+        curves.append(curve(name, "modal synthesis", trunk.stage(basis), *pair))
+    return Sketch(curves, exact, [(trunk.b, "subsystem B")], note=DAMPING_NOTE)
+
+
+def _bases(beyond: int, between: Iterable[int]) -> list[tuple[str, Basis]]:
+    return [
         (NONE_OUT, Basis(0, True, None)),
         (HUB_OUT, Basis(1, False, None)),
-        *((f"{k} left out", Basis(k, False, None)) for k in range(2, n) if one_by_one),
-        (ALL_OUT, Basis(n, False, None)),
-        (HUB_KEPT, Basis(n - 1, True, None)),
-        (STATIC, Basis(n, False, 0)),
-        (SECOND, Basis(n, False, 2)),
+        *((f"{k} left out", Basis(k, False, None)) for k in between),
+        (ALL_OUT, Basis(beyond, False, None)),
+        (HUB_KEPT, Basis(beyond - 1, True, None)),
+        (STATIC, Basis(beyond, False, 0)),
+        (SECOND, Basis(beyond, False, 2)),
     ]
-    exact = trunk.full()
-    curves = [curve("full system", RouteName.EXUDYN, exact, label, label)]
-    curves += [curve(name, TRUNCATED, trunk.coupled(basis), label, label) for name, basis in bases]
-    return curves, exact
 
 
-def alone(bench: Bench, label: str) -> tuple[list[Curve], Frf]:
-    """A drive-point FRF of B alone, truncated (Fig. 15), and the exact FRFs."""
-    trunk = bench.once(TruncationBench)
-    n = trunk.beyond
-    exact = direct_frf(trunk.system, trunk.frequency, excitations=[label])
-    curves = [curve("subsystem B", "exudyn", exact, label, label)]
-    for name, basis in (
-        (HUB_OUT, Basis(1, False, None)),
-        (ALL_OUT, Basis(n, False, None)),
-        (HUB_KEPT, Basis(n - 1, True, None)),
-        (STATIC, Basis(n, False, 0)),
-        (SECOND, Basis(n, False, 2)),
-    ):
-        curves.append(curve(name, "modal synthesis", trunk.stage(basis), label, label))
-    return curves, exact
-
-
-def errors_of(bench: Bench, shown: Picture, row_scale: FloatArray) -> Errors:
-    """The errors of a picture's curves."""
-    differences = {each.curve: each for each in shown.differences}
-    return Errors(differences, {c.name: c for c in shown.curves}, row_scale, bench.tolerance)
-
-
-def _shown(
-    bench: Bench, caption: str, drawing: Drawing, curves: Sequence[Curve], exact: Frf
-) -> tuple[Picture, Errors]:
-    row_scale = scale(exact, *drawing.pair(bench))
-    marks = drawing.marks(bench, "subsystem B" if drawing.part else "full system")
-    shown = picture(bench, caption, drawing, curves, row_scale, marks, DAMPING_NOTE)
-    return shown, errors_of(bench, shown, row_scale)
-
-
-def _figure(
-    id: str, title: str, caption: str, says: str, dof: str, judge: TruncationJudge,
-    part: str = "", one_by_one: bool = False,
-) -> Statement:  # fmt: skip
-    drawing = Drawing(dof, BAND, part)
-
-    def examine(bench: Bench) -> Finding:
-        label = bench.case.label(dof)
-        curves, exact = alone(bench, label) if part else in_ab(bench, label, one_by_one)
-        shown, errors = _shown(bench, caption, drawing, curves, exact)
-        verdict, evidence = judge(errors)
-        untouched = tuple(d for d in shown.differences if d.curve == NONE_OUT)
-        kept = tuple(c for c in curves[1:] if c.name == NONE_OUT)
-        checked = replace(shown, curves=(curves[0], *kept), differences=untouched)
-        return Finding(verdict, evidence, picture=shown, checks=route_checks(id, checked))
-
-    return Statement(id, title, "figures", f"Fig. {id[3:5]}, Sec. 4.4", says, COMPUTED, examine)
-
-
-def _other_shaft(bench: Bench) -> Finding:
+def for_two_shafts(bench: Bench, drawing: Drawing) -> Sketch:
     """AB without the hub's mode, for two k_sw, and exact (Fig. 14)."""
-    label = bench.case.label("B.sun.w")
-    own, other = bench.case.shaft_stiffness, max(SHAFT_STIFFNESSES)
-    curves: list[Curve] = []
-    reference = bench.once(TruncationBench, own).coupled(Basis(1, False, None))
-    for shaft in (own, other):
-        trunk = bench.once(TruncationBench, shaft)
-        without = trunk.coupled(Basis(1, False, None))
-        curves.append(curve(f"{HUB_OUT}, {at_shaft(shaft)}", TRUNCATED, without, label, label))
-        name = f"full system, {at_shaft(shaft)}"
-        curves.append(curve(name, RouteName.EXUDYN, trunk.full(), label, label))
-    first, exact, changed, stiff = curves
-    shown, errors = _shown(
-        bench, "The FRF of truncated subsystem B", Drawing("B.sun.w", BAND),
-        (first, changed, exact, stiff), reference,
-    )  # fmt: skip
-    exact_scale = scale(bench.once(TruncationBench, own).full(), label, label)
-    moved = difference(shown.frequency, exact, stiff, exact_scale).worst_scaled
-    return Finding(
-        Verdict.of(not errors.within(changed.name)),
-        f"without the hub's mode k_sw changes it by a scaled {errors.worst(changed.name):.2g} "
-        f"({errors.by_name[changed.name].worst_db:.2g} dB) at most, the full system's by "
-        f"{moved:.2g}: with that mode left out, the shaft no longer reaches the hub. Against the "
-        f"first curve ({first.name}), {errors.words(*(c.name for c in (changed, exact, stiff)))}",
-        {"change_without_the_mode": errors.worst(changed.name), "change_of_the_full": moved},
-        picture=shown,
+    pair, shafts = drawing.pair(bench), (bench.case.shaft_stiffness, max(SHAFT_STIFFNESSES))
+    trunks = [bench.once(TruncationBench, shaft) for shaft in shafts]
+    without = [trunk.coupled(Basis(1, False, None)) for trunk in trunks]
+    curves = [
+        *(curve(f"{HUB_OUT}, {at_shaft(k)}", TRUNCATED, h, *pair)
+          for k, h in zip(shafts, without, strict=True)),
+        *(curve(f"full system, {at_shaft(k)}", RouteName.EXUDYN, t.full(), *pair)
+          for k, t in zip(shafts, trunks, strict=True)),
+    ]  # fmt: skip
+    return Sketch(curves, without[0], [("", "full system")], note=DAMPING_NOTE)
+
+
+# --- what is said of it ---
+
+
+def judge_shaft_felt(drawn: Drawn) -> Judgement:
+    """Whether k_sw changes the FRF without the hub's mode, as it does the full system's."""
+    first, changed, exact, stiff = drawn.picture.curves
+    trunk = drawn.bench.once(TruncationBench, drawn.bench.case.shaft_stiffness)
+    exact_scale = scale(trunk.full(), *drawn.drawing.pair(drawn.bench))
+    moved = difference(drawn.picture.frequency, exact, stiff, exact_scale).worst_scaled
+    own = drawn.difference(changed.name)
+    return Verdict.of(not within(drawn, changed.name)), (
+        f"without the hub's mode k_sw changes it by a scaled {own.worst_scaled:.2g} "
+        f"({own.worst_db:.2g} dB) at most, the full system's by {moved:.2g}. Against the first "
+        f"curve ({first.name}), {words(drawn, changed.name, exact.name, stiff.name)}"
     )
 
 
-def judge_only_the_hub_matters(errors: Errors) -> Judgement:
+def judge_only_the_hub_matters(drawn: Drawn) -> Judgement:
     """Whether leaving out all but the hub's mode is felt; and if so, what mends it."""
-    evidence = errors.words(HUB_OUT, ALL_OUT, HUB_KEPT, STATIC, SECOND)
-    mended = errors.within(STATIC) or errors.within(SECOND)
-    verdict = Verdict.of(errors.within(HUB_KEPT), mended)
+    evidence = words(drawn, HUB_OUT, ALL_OUT, HUB_KEPT, STATIC, SECOND)
+    verdict = Verdict.of(within(drawn, HUB_KEPT), within(drawn, STATIC) or within(drawn, SECOND))
     if verdict == Verdict.CORRECTED:
         evidence += "; with the left-out modes' residual, hub's included, they can be neglected"
     return verdict, evidence
 
 
-def judge_no_effect(errors: Errors) -> Judgement:
+def judge_no_effect(drawn: Drawn) -> Judgement:
     """Whether leaving out everything beyond the band is not felt."""
-    return Verdict.of(errors.within(ALL_OUT)), errors.words(ALL_OUT, STATIC, SECOND)
+    return Verdict.of(within(drawn, ALL_OUT)), words(drawn, ALL_OUT, STATIC, SECOND)
 
 
-def judge_effect(errors: Errors) -> Judgement:
+def judge_effect(drawn: Drawn) -> Judgement:
     """Whether leaving out the hub's mode is felt."""
-    return Verdict.of(not errors.within(HUB_OUT)), errors.words(HUB_OUT, ALL_OUT, HUB_KEPT, STATIC)
+    evidence = words(drawn, HUB_OUT, ALL_OUT, HUB_KEPT, STATIC)
+    return Verdict.of(not within(drawn, HUB_OUT)), evidence
 
 
-def judge_the_same_effect(errors: Errors) -> Judgement:
+def judge_the_same_effect(drawn: Drawn) -> Judgement:
     """Whether leaving out the hub's mode is felt, and as much as leaving out all."""
-    verdict, evidence = judge_effect(errors)
-    hub, every = (errors.curves[name].values for name in (HUB_OUT, ALL_OUT))
-    apart = float(np.max(np.abs(hub - every) / errors.row_scale))
-    felt = verdict == Verdict.HOLDS
-    return Verdict.of(felt and apart <= errors.tolerance, felt), (
-        f"{evidence}; the two truncations differ from each other by {apart:.2g} at most"
+    felt, (_, evidence) = not within(drawn, HUB_OUT), judge_effect(drawn)
+    hub, every = (drawn.curve(name).values for name in (HUB_OUT, ALL_OUT))
+    apart = float(np.max(np.abs(hub - every) / drawn.row_scale))
+    median = float(np.median(np.abs(20.0 * np.log10(np.abs(every / hub)))))
+    return Verdict.of(felt and apart <= drawn.bench.tolerance, felt), (
+        f"{evidence}; the two truncations differ from each other by {apart:.2g} at most (median "
+        f"{median:.1g} dB)"
     )
 
+
+# --- the figures ---
 
 EXCEPT_HUB = "Except for the coupling mode, leaving out modes beyond the band has no effect."
 
 FIG_13 = tuple(
-    _figure(
-        f"fig13{end}", f"Subsystem B truncated, in AB: sun, {words}",
-        f"FRF of the truncated and non-truncated subsystem B: ({end}) in the {words} direction of "
-        "the sun", EXCEPT_HUB, f"B.sun.{dof}", judge_only_the_hub_matters, one_by_one=True,
+    figure(
+        f"fig13{end}", f"Subsystem B truncated, in AB: sun, {words_of}", "Sec. 4.4",
+        f"FRF of the truncated and non-truncated subsystem B: ({end}) in the {words_of} direction "
+        "of the sun", EXCEPT_HUB, Drawing(f"B.sun.{dof}", BAND), judge_only_the_hub_matters,
+        partial(in_ab, one_by_one=True), COMPUTED,
     )
-    for end, dof, words in (("a", "u", "translational"), ("b", "w", "rotational"))
+    for end, dof, words_of in (("a", "u", "translational"), ("b", "w", "rotational"))
 )  # fmt: skip
 
-FIG_14 = Statement(
-    "fig14", "Subsystem B without the hub's mode, for two k_sw: sun, rotational", "figures",
-    "Fig. 14, Sec. 4.4", "The FRF of truncated B is sensitive to the shaft stiffness.",
-    "the FRF without the hub's mode for two k_sw, and the full system's", _other_shaft,
+FIG_14 = figure(
+    "fig14", "Subsystem B without the hub's mode, for two k_sw: sun, rotational", "Sec. 4.4",
+    "The FRF of truncated subsystem B", "The FRF of truncated B is sensitive to the shaft "
+    "stiffness.", Drawing("B.sun.w", BAND), judge_shaft_felt, for_two_shafts,
+    "the FRF without the hub's mode for two k_sw, and the full system's",
 )  # fmt: skip
 
 FIG_15 = tuple(
-    _figure(
-        f"fig15{end}", f"Subsystem B alone, truncated: {words}",
-        f"The FRF of truncated modal of subsystem B without condensation: ({end}) in the {words}",
-        says, dof, judge, part="B",
+    figure(
+        f"fig15{end}", f"Subsystem B alone, truncated: {words_of}", "Sec. 4.4",
+        f"The FRF of truncated modal of subsystem B without condensation: ({end}) in the "
+        f"{words_of}", says, Drawing(dof, BAND, "B"), judge, alone, COMPUTED,
     )
-    for end, dof, words, says, judge in (
+    for end, dof, words_of, says, judge in (
         ("a", "B.sun.w", "rotational direction of the sun",
          "No effect appears in the rotational direction.", judge_no_effect),
         ("b", "hub", "direction of the coupling DoF",
@@ -241,11 +185,12 @@ FIG_15 = tuple(
 )  # fmt: skip
 
 FIG_16 = tuple(
-    _figure(
-        f"fig16{end}", f"Subsystem A in AB with B truncated: pinion, {words}",
-        f"Truncated subsystem A: ({end}) in the {words} direction", says, f"A.pinion.{dof}", judge,
+    figure(
+        f"fig16{end}", f"Subsystem A in AB with B truncated: pinion, {words_of}", "Sec. 4.4",
+        f"Truncated subsystem A: ({end}) in the {words_of} direction", says,
+        Drawing(f"A.pinion.{dof}", BAND), judge, in_ab, COMPUTED,
     )
-    for end, dof, words, says, judge in (
+    for end, dof, words_of, says, judge in (
         ("a", "w", "rotational", "Some difference in frequencies with the coupling DoF truncated, "
          "and the same with all modes beyond the band.", judge_the_same_effect),
         ("b", "y", "radial", "The FRF in the radial direction is not sensitive to truncation.",

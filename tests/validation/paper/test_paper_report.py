@@ -173,7 +173,7 @@ def test_a_wrong_route_is_seen_and_said(study: PaperStudy, tmp_path: Path) -> No
     assert shown is not None
     first, *others = shown.differences
     wrong = replace(shown, differences=(replace(first, worst_scaled=1e-3), *others))
-    finding = replace(figure.finding, checks=route_checks(figure.id, wrong), picture=None)
+    finding = replace(figure.finding, checks=route_checks(figure.id, wrong, same=2), picture=None)
     spoilt = replace(study, items=(replace(figure, finding=finding),))
     assert [check.agrees for check in spoilt.checks] == [False, True]
     html, _ = read(spoilt, tmp_path)
