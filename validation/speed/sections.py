@@ -370,9 +370,9 @@ def _in_time(reference: TimeReference, number: int) -> Section:
         "exudyn’s time integration (trapezoidal rule, step "
         f"{engineering(reference.integrator.step, 's')}; the balance it is held against has the "
         "same bend of frequencies), started in the steady state; "
-        f"{reference.run_in:.3g} s of run-in, {reference.measured:.3g} s measured, "
-        "lines fitted by least squares at their known frequencies. Nothing of the harmonic balance is in the run but "
-        "where it starts.",
+        f"{reference.run_in:.3g} s of run-in, {reference.measured:.3g} s measured, lines fitted "
+        "by least squares at their known frequencies. Nothing of the harmonic balance is in the "
+        "run but where it starts.",
     )
     title = f"exudyn in time at {reference.speed_rpm:g} rpm"
     return Section(f"witness{number}", title, (*words, *map(Picture, figures)))
