@@ -12,9 +12,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from fbs import Frf, couple, direct_frf, modal_frf
-from fbs._kernels.blas_threads import one_blas_thread
 
 from ..report.page import Block, Note, Table
 from .bench import Bench, PaperBand, axis
@@ -118,7 +118,7 @@ def timing_study(bench: Bench) -> TimingStudy:
 
 def _seconds(ways: Sequence[Way]) -> list[float]:
     """Each way's least processor time."""
-    with one_blas_thread():
+    with threadpool_limits(1, "blas"):
         for way in ways:
             way()
         times = [[_once(way) for way in ways] for _ in range(RUNS)]
