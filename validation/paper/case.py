@@ -1,17 +1,15 @@
-"""The systems of the study: the paper's two stages, their variants, and the paper's numbering."""
+"""The paper's drivetrain: its two stages and hub, their variants, and the paper's numbering."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
-from fbs import RealModes, SecondOrderSystem, real_modes
 from mbs_models.model.model_file import load
 from mbs_models.model.parameters import Coupling, Drivetrain, ParallelStage, PlanetaryStage
 
 from ..errors import CommandError
-from ..routes.routes import EQUATIONS, Model, Source, build_model, exudyn_source
-from .results import DofName
+from .item import DofName
 
 PAPER, TABLE_2 = "Lin & Parker (1999)", "Table 2 as printed"
 PARAMETER_SETS = {PAPER: "paper", TABLE_2: "paper-table2"}
@@ -120,9 +118,24 @@ class PaperCase:
         return PaperCase(self.drivetrain.model_copy(update=values))
 
     @property
+    def a(self) -> str:
+        """Name of subsystem A."""
+        return self.parallel.name
+
+    @property
+    def b(self) -> str:
+        """Name of subsystem B."""
+        return self.planetary.name
+
+    @property
     def hub(self) -> str:
         """Label of the coupling DoF, the paper's θ(2,2)."""
         return f"{self.coupling.name}.w"
+
+    def label(self, name: str) -> str:
+        """The label of ``A.pinion.w``, ``B.sun.u`` or ``hub`` in this drivetrain."""
+        subsystem, _, dof = name.partition(".")
+        return {"A": f"{self.a}.{dof}", "B": f"{self.b}.{dof}", "hub": self.hub}[subsystem]
 
     @cached_property
     def dofs(self) -> tuple[DofName, ...]:
@@ -177,41 +190,3 @@ def parameter_sets(preset: Drivetrain | None) -> dict[str, PaperCase]:
     if preset is not None:
         cases[PAPER] = PaperCase(preset)
     return cases
-
-
-class Systems:
-    """A case's systems by both sources, and their modes, each built once."""
-
-    def __init__(self, case: PaperCase) -> None:
-        self.case = case
-        self._models: dict[tuple[str, float], Model] = {}
-        self._modes: dict[tuple[float, str], RealModes] = {}
-
-    def model(self, source: Source, shaft: float | None = None) -> Model:
-        """Whole system and stages of a source, with k_sw = ``shaft`` (default: the case's own)."""
-        stiffness = self.case.shaft_stiffness if shaft is None else shaft
-        key = (source.name, stiffness)
-        if key not in self._models:
-            self._models[key] = build_model(source, self.case.with_shaft(stiffness).drivetrain)
-        return self._models[key]
-
-    def exudyn(self, shaft: float | None = None) -> Model:
-        """exudyn's systems."""
-        return self.model(exudyn_source(), shaft)
-
-    def equations(self, shaft: float | None = None) -> Model:
-        """The equations' systems."""
-        return self.model(EQUATIONS, shaft)
-
-    def modes(self, part: str = "", shaft: float | None = None) -> RealModes:
-        """Modes of exudyn's matrices: of the whole (``""``), or of a stage with its half hub."""
-        model = self.exudyn(shaft)
-        key = (self.case.shaft_stiffness if shaft is None else shaft, part)
-        if key not in self._modes:
-            self._modes[key] = real_modes(model.stages[part] if part else model.whole)
-        return self._modes[key]
-
-
-def with_loss_factor(system: SecondOrderSystem, loss_factor: float) -> SecondOrderSystem:
-    """The same system with structural damping K(1 + jη)."""
-    return replace(system, loss_factor=loss_factor)
