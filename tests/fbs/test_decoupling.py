@@ -86,7 +86,8 @@ def test_random_parts_with_two_interface_dofs(seed: int) -> None:
 
     unknown, known = part("pqcd"), part("cdxy")
     whole = assembled(unknown, known, "cd")
-    for form, internal in (("standard", ()), ("mixed", ("x", "y")), ("extended", ("x", "y"))):
+    forms: dict[Form, tuple[str, ...]] = {"standard": (), "mixed": INSIDE, "extended": INSIDE}
+    for form, internal in forms.items():
         result = decouple(whole, known, ("c", "d"), internal, form=form)
         exact = unknown.select(result.frf.responses, result.frf.excitations).values
         # each datum has a few dozen roundings behind it, those of couple's kernel among them
@@ -158,6 +159,7 @@ def test_what_is_regularised_is_said() -> None:
     assert (damped.kernel_condition <= full.kernel_condition).all()
 
 
+INSIDE = ("x", "y")
 TWO = (
     direct_frf(chain("pcd", [1.0, 2.0, 1.5], [2e4, 3e4], 1e4), LINES),
     direct_frf(chain("cdx", [1.0, 1.0, 0.5], [1e4, 5e4], 2e4), LINES),
