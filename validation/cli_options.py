@@ -103,7 +103,7 @@ Harmonics = Annotated[int, typer.Option(min=1, help="Of each mesh frequency, in 
 Checked = Annotated[
     str | None,
     typer.Option(
-        metavar="600,1500", help="Speeds, rpm, at which exudyn's time integration is the witness."
+        metavar="600,1500", help="Speeds, rpm, at which exudyn's time integration is the reference."
     ),
 ]
 
@@ -117,6 +117,25 @@ FrfExcitations = Annotated[
 ]
 
 # files of FRFs and records
+Replace = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="PART=FILE",
+        help="A stage or inertia whose FRFs come from a file (.uff, .npz, .mat, .csv); may be "
+        "repeated. The lines are the file's.",
+    ),
+]
+Resample = Annotated[
+    bool,
+    typer.Option(
+        "--resample", help="Interpolate files whose lines differ to the first one's, or to --df."
+    ),
+]
+MapModel = Annotated[str | None, typer.Option(help="A model whose DoFs the map is for.")]
+Estimator = Annotated[str, typer.Option(help="H1, H2 or Hv.")]
+SignalKind = Annotated[
+    str | None, typer.Option(help="hammer or noise (default: as the force looks).")
+]
 FileQuantity = Annotated[
     str | None,
     typer.Option(

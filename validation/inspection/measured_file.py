@@ -188,10 +188,8 @@ def describe(defect: Defect, frequency: NDArray[np.float64]) -> str:
 
 def _map(contents: Contents, drivetrain: Drivetrain | None) -> list[str]:
     """A table [map] with a line for every channel, to be completed."""
-    from mbs_models.model.dof_radii import dof_radii
-
     labels = list(dict.fromkeys(label for c in contents.candidates for label in c.pair))
-    known = set() if drivetrain is None else set(dof_radii(drivetrain))
+    known = set() if drivetrain is None else set(drivetrain.dof_radii())
     if known and known >= set(labels):
         return (
             [f"  its labels are DoFs of {drivetrain.name!r}: no map is needed"]

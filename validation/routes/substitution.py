@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from fbs import AxisMismatchError, FbsError, Frf, direct_frf
 from fbs.frf import require_same_frequency
 from fbs.measured.resampling import overlap, resample
-from mbs_models.model.dof_radii import dof_radii
 from mbs_models.model.parameters import Drivetrain
 
 from ..errors import CommandError, require_frequencies
@@ -136,7 +135,7 @@ def _replacement(
     labels = frf_input.labels(contents)
     if options.channel_map is None:
         _refuse_other_parts(drivetrain, part, path, labels)
-    radii = dof_radii(drivetrain)
+    radii = drivetrain.dof_radii()
     measured = frf_input.measured(path, contents, system.labels, radii, options)
     frf = measured.frf
     _refuse_missing_interface(part, path, frf, interface)

@@ -446,9 +446,8 @@ def test_foreign_units(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> No
     text = path.read_text(encoding="ascii")
     path.write_text(text.replace("m                   \n", "in                  \n"), "ascii")
     assert "in   " in path.read_text(encoding="ascii")
-    refused(
-        capsys, ["run", "paper", "--replace", f"planetary={path}"], ["inches.uff", "labels say in per N", "SI"]
-    )
+    words = ["inches.uff", "labels say in per N", "SI"]
+    refused(capsys, ["run", "paper", "--replace", f"planetary={path}"], words)
 
 
 @pytest.mark.parametrize(
