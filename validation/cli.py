@@ -24,7 +24,6 @@ from .cli_options import (
     FrfExcitations,
     FrfResponses,
     Harmonics,
-    MapModel,
     Metrics,
     Model,
     Replace,
@@ -48,7 +47,6 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
 )
-
 
 MOST_DOFS_IN_TIME = 60  # larger systems take minutes to integrate: only when asked for
 
@@ -373,7 +371,7 @@ def end(agrees: bool) -> None:
 @app.command()
 def inspect(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Of FRFs or records.")],
-    model: MapModel = None,
+    model: Annotated[str | None, typer.Option(help="A model whose DoFs the map is for.")] = None,
     quantity: FileQuantity = None,
     unit: FileUnit = None,
     run: FileRun = None,

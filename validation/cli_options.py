@@ -131,7 +131,6 @@ Resample = Annotated[
         "--resample", help="Interpolate files whose lines differ to the first one's, or to --df."
     ),
 ]
-MapModel = Annotated[str | None, typer.Option(help="A model whose DoFs the map is for.")]
 Estimator = Annotated[str, typer.Option(help="H1, H2 or Hv.")]
 SignalKind = Annotated[
     str | None, typer.Option(help="hammer or noise (default: as the force looks).")
