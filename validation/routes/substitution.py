@@ -43,6 +43,8 @@ class Replacement:
         The file's labels that the model does not have.
     warnings
         What is odd about the file.
+    repeats
+        The runs whose mean ``frf`` is, on its lines; empty if there is one.
     """
 
     part: str
@@ -52,6 +54,7 @@ class Replacement:
     left_out: tuple[str, ...]
     unknown: tuple[str, ...]
     warnings: tuple[str, ...]
+    repeats: tuple[Frf, ...] = ()
 
 
 def read_replacements(
@@ -153,6 +156,7 @@ def _replacement(
         left_out=tuple(x for x in system.labels if x not in square_labels(known)),
         unknown=unknown,
         warnings=tuple(f"{path} ('{part}'): {words}" for words in odd),
+        repeats=tuple(one.band(lines[0], lines[-1]).to("receptance") for one in measured.repeats),
     )
 
 
@@ -248,7 +252,8 @@ def _resampled(one: Replacement, lines: FloatArray) -> Replacement:
         f"{one.path} ('{one.part}'): interpolated to {lines.size} lines, with an error of up to "
         f"{new.error[worst]:.2g} of the FRFs' peaks at {lines[worst]:g} Hz"
     )
-    return replace(one, frf=new.frf, warnings=(*one.warnings, note))
+    repeats = tuple(resample(other, lines).frf for other in one.repeats)
+    return replace(one, frf=new.frf, warnings=(*one.warnings, note), repeats=repeats)
 
 
 def _refuse_other_step(replacement: Replacement, df: float) -> None:
