@@ -16,6 +16,7 @@ from .cli_options import (
     Estimator,
     Executor,
     FileMap,
+    FileNoise,
     FileQuantity,
     FileRun,
     FileUnit,
@@ -78,6 +79,7 @@ def run(
     test_run: FileRun = None,
     channel_map: FileMap = None,
     resample: Resample = False,
+    noise: FileNoise = None,
     in_time: Annotated[
         bool | None,
         typer.Option(
@@ -92,30 +94,28 @@ def run(
     from mbs_models.model.model_file import load
 
     from .crosscheck.console import verdicts
-    from .crosscheck.swap import in_words
+    from .crosscheck.swap_uncertainty import swap_words
     from .routes.bands import Band, band
     from .routes.frf_input import file_options
     from .routes.memory import require_memory, run_bytes
+    from .routes.part_uncertainty import parse_noise
     from .routes.substitution import read_replacements
     from .runtime.streams import progress_bars, warn
 
     drivetrain = load(model)
     n_dofs = len(label_inertias(drivetrain))
     options = file_options(quantity, unit, test_run, channel_map, resample)
+    scatter = parse_noise(noise)
     replaced = read_replacements(drivetrain, replace or (), fmin, fmax, df, options)
     lines = Band.of(replaced[0].frf.frequency) if replaced else band(fmin, fmax, df, n_dofs**2)
     require_memory(lines, run_bytes(drivetrain), "the report's curves")
     if in_time is None:
         in_time = n_dofs <= MOST_DOFS_IN_TIME and not replaced
-    warn(drivetrain.warnings())
-    for replacement in replaced:
-        warn(replacement.warnings)
+    warn([*drivetrain.warnings(), *(words for part in replaced for words in part.warnings)])
     from .runtime.output_folder import held
 
     with held(out, ("report.html", "results.json")), progress_bars() as progress:
-        from .crosscheck.comparison import (
-            cross_check,  # takes its time to load: bad input is told before
-        )
+        from .crosscheck.comparison import cross_check  # slow to load: bad input comes first
         from .crosscheck.output import write_report
 
         result = cross_check(
@@ -131,7 +131,7 @@ def run(
         progress("writing the report", 1, 1)
     verdicts(result)
     if result.swap is not None:
-        print("\n".join(in_words(result.swap)))
+        print("\n".join(swap_words(drivetrain, result.swap, scatter)))
     print(f"Report: {html}\nResults: {data}")
     if not result.agrees:
         raise typer.Exit(1)

@@ -131,6 +131,15 @@ Resample = Annotated[
         "--resample", help="Interpolate files whose lines differ to the first one's, or to --df."
     ),
 ]
+FileNoise = Annotated[
+    str | None,
+    typer.Option(
+        "--noise",
+        metavar="1%,1deg",
+        help="Of the files' FRFs, one standard deviation: bands of the FRFs (default: the scatter "
+        "of a file's runs).",
+    ),
+]
 Estimator = Annotated[str, typer.Option(help="H1, H2 or Hv.")]
 SignalKind = Annotated[
     str | None, typer.Option(help="hammer or noise (default: as the force looks).")

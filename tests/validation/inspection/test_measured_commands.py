@@ -11,7 +11,7 @@ from scipy.stats import f as f_distribution
 
 from fbs import Frf, Record, direct_frf, frequency_axis, write_uff
 from fbs.files.channel_map import map_of
-from fbs.files.frf_files import read_frf
+from fbs.files.frf_files import read_frf, write_frf
 from fbs.files.record_files import write_record
 from fbs.measured.from_records import frf_from_records
 from mbs_models.integration.integrators import Integrator
@@ -185,6 +185,42 @@ def test_what_frf_writes_is_taken_by_run(
     captured = capsys.readouterr()
     assert captured.err == ""
     assert "changes nothing" in captured.out
+
+
+def test_noise_gives_bands(rig: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    frf = brake(rig)
+    write_uff(Frf(AXIS, frf.values * 1.05, DOFS, DOFS, "accelerance"), tmp_path / "x.uff")
+    given = ["run", str(rig), "--replace", f"brake={tmp_path / 'x.uff'}"]
+    assert call(*given, "--noise", "0.2%,0.1deg", "--out", str(tmp_path / "out")) == 0
+    told = capsys.readouterr().out
+    assert "(95 %) at" in told
+    assert "of it by brake's shaft.w ← shaft.w" in told
+    assert "the change there is beyond that" in told  # 5 % of the FRFs against 0.2 %
+    assert call(*given, "--noise", "2", "--out", str(tmp_path / "out")) == 2
+    assert "--noise = '2': give a percentage" in capsys.readouterr().err
+
+
+def test_files_of_other_lines_are_interpolated_when_asked(
+    rig: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    drivetrain, out = load(str(rig)), str(tmp_path / "out")
+    files = {}
+    for part, axis in (("brake", frequency_axis(3, 399, 1)), ("reducer", AXIS)):
+        files[part] = tmp_path / f"{part}.npz"
+        write_frf(direct_frf(multibody.stage_system(drivetrain, part), axis), files[part])
+    given = ["run", str(rig), "--out", out]
+    for part, path in files.items():
+        given += ["--replace", f"{part}={path}"]
+    assert call(*given) == 2
+    told = capsys.readouterr().err
+    assert "they have 3 to 399 Hz in common" in told
+    assert "--resample interpolates" in told
+    assert call(*given, "--resample") == 0
+    captured = capsys.readouterr()
+    assert (
+        "reducer.npz ('reducer'): interpolated to 397 lines, with an error of up to" in captured.err
+    )
+    assert call(*given, "--resample", "--df", "2.5") == 0
 
 
 # --- estimate ----------------------------------------------------------------------------------
