@@ -83,8 +83,8 @@ def _active_matrix(frf: Frf, interface: Sequence[str]) -> str:
     if not wrong.any():
         return ""
     return (
-        f"not passive as a matrix between {_some(labels, ', ')}, down to −{defect.max():.0%} of its "
-        f"norm {where(frf.frequency, wrong)}"
+        f"not passive as a matrix between {_some(labels, ', ')}, down to −{defect.max():.0%} of "
+        f"its norm {where(frf.frequency, wrong)}"
     )
 
 
