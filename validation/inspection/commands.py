@@ -79,6 +79,8 @@ def inspect_command(
     channels: Sequence[str],
 ) -> None:
     """Print what a file of FRFs or records holds; `said` is its quantity, unit and run."""
+    from mbs_models.model.model_file import load
+
     from ..routes.frf_input import file_options
     from .measured_file import channel_options, inspection
 
