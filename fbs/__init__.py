@@ -29,7 +29,7 @@ from .condensation import (
     condense_dynamic_stiffness,
     condense_free,
 )
-from .coupling import CoupledFrf, Joint, couple
+from .coupling import CoupledFrf, couple
 from .damped_modes import ComplexModes, complex_modes
 from .errors import (
     AmbiguousDofError,
@@ -46,6 +46,7 @@ from .errors import (
 )
 from .files.uff import UffError, read_uff, write_uff
 from .frf import Frf, Quantity, frequency_axis
+from .joints import Joint
 from .large.chain import couple_chain
 from .large.krylov import ReducedFrf, ReductionError, reduced_frf
 from .large.sparse_system import SparseSystem, sparse_frf

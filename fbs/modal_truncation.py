@@ -7,9 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from ._kernels.checks import FloatArray, read_only
-from .errors import AxisMismatchError, FbsError
+from .errors import FbsError
 from .second_order_system import SecondOrderSystem
-from .undamped_modes import RealModes, Selection, StiffnessFactor, real_modes, stiffness_factor
+from .undamped_modes import (
+    RealModes,
+    Selection,
+    StiffnessFactor,
+    real_modes,
+    require_own,
+    stiffness_factor,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,8 +94,8 @@ def truncate(
         raise FbsError(f"residual_order must be 0 or more, or None, got {residual_order}")
     if modes is None:
         modes = real_modes(system, rigid_tolerance)
-    elif modes.dofs != system.dofs:
-        raise AxisMismatchError("the modes belong to another system: their dofs differ")
+    else:
+        require_own(system, modes)
     kept = _selected(modes, keep)
     stiffness = stiffness_factor(system, rigid_tolerance)
     n_rigid = len(system.dofs) - stiffness.rank

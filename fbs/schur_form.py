@@ -10,12 +10,13 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import schur
 
 from ._kernels.blocks import each, stretches
-from ._kernels.checks import ComplexArray, FloatArray, ascending_frequency
+from ._kernels.checks import ComplexArray, FloatArray, ascending_frequency, unique_labels
+from ._kernels.elimination import EPS
 from .damped_modes import state_space
 from .errors import undamped_pole
-from .frf import Frf, Quantity, as_quantity
-from .second_order_system import SecondOrderSystem
-from .undamped_modes import EPS, RealModes
+from .frf import Frf, Quantity, as_quantity, computed_frf
+from .second_order_system import SecondOrderSystem, SystemOrigin
+from .undamped_modes import RealModes
 
 STATES = 8
 """States solved one after the other; what they do to all others is a matrix product."""
@@ -92,7 +93,8 @@ def schur_frf(
     each(solve, stretches(axis.size, form.lines), 16 * form.force.size * axis.size)
     if singular.any():
         raise undamped_pole(axis[singular])
-    return Frf(axis, values.transpose(2, 0, 1), rows, columns, kind)
+    origin = SystemOrigin.of(system)
+    return computed_frf(axis, values.transpose(2, 0, 1), rows, columns, kind, origin=origin)
 
 
 @dataclass(frozen=True, eq=False)

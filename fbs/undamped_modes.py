@@ -11,12 +11,17 @@ from numpy.typing import NDArray
 from scipy.linalg import lapack
 
 from ._kernels.blas_threads import blas_for
-from ._kernels.checks import FloatArray, read_only
+from ._kernels.checks import FloatArray, read_only, require_type
+from ._kernels.elimination import EPS
 from ._representation import MOST, counted, html_table
-from .errors import FbsError, IndefiniteMassError, IndefiniteStiffnessError
+from .errors import (
+    AxisMismatchError,
+    FbsError,
+    IndefiniteMassError,
+    IndefiniteStiffnessError,
+)
 from .second_order_system import SecondOrderSystem
 
-EPS = float(np.finfo(float).eps)
 SYMMETRY_TOLERANCE = 1e-12
 """Of |A_ij - A_ji| / sqrt(A_ii A_jj): far above assembly round-off, far below any gyroscope."""
 
@@ -71,6 +76,45 @@ class RealModes:
             read_only(self.shapes[:, positions]),
             int((positions < self.n_rigid).sum()),
             self.dofs,
+        )
+
+
+OWN = 1e-6
+"""Of the terms of K phi = w^2 M phi: far above any solver's residual, and of an error that the
+`round_off` of the FRFs shows."""
+
+
+def require_own(system: SecondOrderSystem, modes: RealModes) -> None:
+    """Refuse modes that are not those of this system, whatever their labels.
+
+    One combination x = sum_r c_r phi_r of all modes, with fixed random c of equal energy, costs
+    n^2 and not n^3: K x = M sum_r w_r^2 c_r phi_r row by row, and x^T M x = sum_r c_r^2. (A row
+    that hardly any mode moves is allowed 1e-3 OWN of the largest, scaled by the springs.)
+
+    Raises
+    ------
+    AxisMismatchError
+    """
+    require_type(modes, RealModes, "the modes")
+    if modes.dofs != system.dofs:
+        raise AxisMismatchError("the modes belong to another system: their dofs differ")
+    omega = modes.angular_frequency
+    if not omega.size:
+        return
+    typical = float(np.median(omega)) or 1.0
+    c = np.random.default_rng(0).uniform(0.5, 1.0, omega.size) / np.maximum(omega, typical)
+    x, accelerated = modes.shapes @ c, modes.shapes @ (c * omega**2)
+    force, moved = system.stiffness @ x, system.mass @ accelerated
+    size = np.abs(system.stiffness) @ (np.abs(modes.shapes) @ c)
+    size += np.abs(system.mass) @ (np.abs(modes.shapes) @ (c * omega**2))
+    root = np.sqrt(np.where(size > 0, np.abs(np.diag(system.stiffness)) + EPS * size, 1.0))
+    allowed = OWN * (size + 1e-3 * root * (size / root).max())
+    if (np.abs(force - moved) > allowed).any() or not np.isclose(
+        x @ system.mass @ x, c @ c, rtol=OWN
+    ):
+        raise AxisMismatchError(
+            "the modes belong to another system: with this one's matrices they do not solve "
+            "K phi = w^2 M phi, phi^T M phi = 1"
         )
 
 

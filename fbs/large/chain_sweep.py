@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from .._kernels import batched as _batched
 from .._kernels.checks import ComplexArray, FloatArray
 from .._kernels.joint_scaling import joint_scaling
+from .._mixed_assembly import HELD
 from .chain_layout import Ends, Tree
 
 Asked = Mapping[str, Sequence[tuple[int, int]]]
@@ -77,15 +78,36 @@ class Sweep:
 
         Near a resonance of all that lies beyond a connection T is large. Where it comes from one
         joint, D and T round alike and nothing is lost; from several it is as in an LU
-        factorisation whose pivots do not follow the values.
+        factorisation whose pivots do not follow the values. Nor is a connection stable where one
+        side is held, see `couple`.
         """
-        stable = np.ones(self.omega.size, dtype=bool)
+        stable = ~self._held()
         for message in self.messages.values():
             if len(message.transfer) == 1:
                 stable &= np.isfinite(message.reach).all(axis=0)
             elif len(message.transfer):
                 stable &= np.abs(message.transfer).max(axis=(0, 1)) <= GROWTH  # NaN is not
         return stable
+
+    def _held(self) -> NDArray[np.bool_]:
+        """Whether a part is held to less than `HELD` of its receptance: A by all beyond, D by D'.
+
+        Joined to the other side, D becomes D - D G D, G = (D + D' + 1/Z)^-1.
+        """
+        held = np.zeros(self.omega.size, dtype=bool)
+        for (name, connection), message in self.messages.items():
+            ends = self.tree.ends[name]
+            here, joints = ends.here[connection], ends.joints[ends.here[connection]]
+            kernel = message.receptance + self._incoming(name, connection).receptance
+            self._add_joints(kernel, joints)
+            rest = message.receptance - _product(
+                message.receptance, _solve(kernel, message.receptance)
+            )
+            alone = self.interface[name][here, here]
+            for k in range(len(rest)):
+                held |= np.abs(message.receptance[k, k]) < HELD * np.abs(alone[k, k])
+                held |= np.abs(rest[k, k]) < HELD * np.abs(message.receptance[k, k])
+        return held
 
     def condition(self) -> FloatArray:
         """Return || s (|B| |Y| |B|^T + |1/Z|) s || ||kernel^-1||, both in the 1-norm.

@@ -15,7 +15,8 @@ from ..errors import FbsError, first_few, singular_dynamic_stiffness
 from ..frf import Frf, Quantity
 from ..modal_synthesis import modal_frf
 from ..second_order_system import SecondOrderSystem
-from ..undamped_modes import EPS, SYMMETRY_TOLERANCE, RealModes, real_modes
+from .._kernels.elimination import EPS
+from ..undamped_modes import SYMMETRY_TOLERANCE, RealModes, real_modes
 from .sparse_system import DynamicStiffness, SparseSystem
 
 if TYPE_CHECKING:

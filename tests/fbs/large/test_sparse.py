@@ -22,7 +22,7 @@ from fbs import (
     modal_frf,
     real_modes,
 )
-from fbs.coupling import Joint
+from fbs import Joint
 from fbs.large.chain import couple_chain
 from fbs.large.krylov import ReductionError, reduced_frf
 from fbs.large.sparse_system import SparseSystem, sparse_frf
