@@ -39,6 +39,7 @@ from ._kernels.checks import (
     unique_labels,
 )
 from ._kernels.elimination import EPS, Blocks, Enclosure, eliminate, equilibrating_size
+from ._mixed_assembly import HELD
 from .errors import (
     AmbiguousDofError,
     FbsError,
@@ -51,9 +52,6 @@ from .second_order_system import SecondOrderSystem, SystemOrigin, differentiated
 
 BLOCK = 256
 """Lines condensed at once: 256 matrices of 30 DoFs are 3.7 MB."""
-
-HELD = 1e-4
-"""Where blocking leaves a master less than this of its FRF, four digits would be lost."""
 
 
 def condense_blocked(frf: Frf, masters: Iterable[str]) -> Frf:

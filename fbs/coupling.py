@@ -141,13 +141,14 @@ def couple(
         again = origin.receptances(axis[lines], layout.responses, layout.excitations, False).values
         again *= (2j * np.pi * axis[lines, None, None]) ** quantity.derivative
         values[:, :, lines] = again.transpose(1, 2, 0)
+        finite = finite and bool(np.isfinite(again).all())
     frf = computed_frf(
         axis,
         values.transpose(2, 0, 1),
         layout.responses,
         layout.excitations,
         quantity,
-        finite and not lines.size,
+        finite,
         origin,
     )
     return CoupledFrf(frf, sealed(kernel.condition), joints)

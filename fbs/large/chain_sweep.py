@@ -96,17 +96,16 @@ class Sweep:
         """
         held = np.zeros(self.omega.size, dtype=bool)
         for (name, connection), message in self.messages.items():
-            ends = self.tree.ends[name]
+            ends, own = self.tree.ends[name], message.receptance
             here, joints = ends.here[connection], ends.joints[ends.here[connection]]
-            kernel = message.receptance + self._incoming(name, connection).receptance
-            self._add_joints(kernel, joints)
-            rest = message.receptance - _product(
-                message.receptance, _solve(kernel, message.receptance)
-            )
-            alone = self.interface[name][here, here]
-            for k in range(len(rest)):
-                held |= np.abs(message.receptance[k, k]) < HELD * np.abs(alone[k, k])
-                held |= np.abs(rest[k, k]) < HELD * np.abs(message.receptance[k, k])
+            if len(ends.here) > 1:
+                held |= _less(own, self.interface[name][here, here])
+            other = self._incoming(name, connection).receptance.copy()
+            self._add_joints(other, joints)
+            if len(joints) == 1:  # D_c / D = (D' + 1/Z) / (D + D' + 1/Z)
+                held |= _less(other, own + other)
+            else:
+                held |= _less(own - _product(own, _solve(own + other, own)), own)
         return held
 
     def condition(self) -> FloatArray:
@@ -240,6 +239,15 @@ def _stiffness(tree: Tree, omega: FloatArray) -> dict[int, ComplexArray]:
     return {
         k: joint.dynamic_stiffness(omega) for k, joint in enumerate(tree.joints) if not joint.rigid
     }
+
+
+def _less(left: ComplexArray, right: ComplexArray) -> NDArray[np.bool_]:
+    """Whether |left_kk| < `HELD` |right_kk| for any k, shape (nf,)."""
+    k = np.arange(len(left))
+    a, b = left[k, k], right[k, k]
+    return np.asarray(
+        (a.real**2 + a.imag**2 < HELD**2 * (b.real**2 + b.imag**2)).any(axis=0), dtype=bool
+    )
 
 
 def _sum(terms: Iterable[Any]) -> Any:
