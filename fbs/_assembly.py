@@ -80,9 +80,7 @@ class Layout:
         columns = owners({name: frf.excitations for name, frf in substructures.items()})
         wanted = tuple(rows) if responses is None else unique_labels(responses, "the responses")
         driven = (
-            tuple(columns)
-            if excitations is None
-            else unique_labels(excitations, "the excitations")
+            tuple(columns) if excitations is None else unique_labels(excitations, "the excitations")
         )
         positions(wanted, tuple(rows), "the assembly's responses")
         positions(driven, tuple(columns), "the assembly's excitations")

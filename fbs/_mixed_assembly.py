@@ -199,7 +199,9 @@ class _Equations:
             places += [(len(responses) + k, rows.index(label), sign) for k, label, sign in ends]
             left = _entries((len(responses) + len(assembly.joints), len(rows)), places)
             places = [(excitations.index(label), columns.index(label), 1.0) for label in driven]
-            places += [(len(excitations) + k, columns.index(label), sign) for k, label, sign in ends]
+            places += [
+                (len(excitations) + k, columns.index(label), sign) for k, label, sign in ends
+            ]
             right = _entries((len(excitations) + len(assembly.joints), len(columns)), places).T
             if name in held:
                 origin = part if isinstance(part, SystemOrigin) else part._origin

@@ -16,11 +16,11 @@ from ._kernels.checks import (
     FloatArray,
     ascending_frequency,
     named,
-    number,
     positions,
-    require_type,
+    scalar,
     unique_labels,
 )
+from ._kernels.door import door
 from ._representation import counted, html_table, listing
 from .errors import FbsError, unknown_dof
 from .frf import Frf, Origin, Quantity, as_quantity, computed_frf
@@ -45,7 +45,7 @@ class LabelledSystem(ABC):
             object.__setattr__(self, name, self._matrix(getattr(self, name), len(dofs), name))
         object.__setattr__(self, "dofs", dofs)
         object.__setattr__(self, "derived", MappingProxyType(_derived(self.derived, dofs)))
-        object.__setattr__(self, "loss_factor", number(self.loss_factor, "the loss factor", 0.0))
+        object.__setattr__(self, "loss_factor", scalar(self.loss_factor, "the loss factor", 0.0))
         unique_labels(self.labels, "dofs and derived labels")
 
     def __reduce__(self) -> tuple[type[Self], tuple[Any, ...]]:
@@ -92,6 +92,7 @@ class LabelledSystem(ABC):
         """Everything that can be asked for: the dofs, then the derived labels."""
         return self.dofs + tuple(self.derived)
 
+    @door
     def locate(self, labels: Iterable[str] | None = None) -> tuple[list[int], FloatArray]:
         """Return, for each label (None: all), its coordinate's index and its factor on it.
 
@@ -113,7 +114,7 @@ def _derived(
     for label, tie in named(derived, (tuple, list), "the derived labels").items():
         if len(tie) != 2:
             raise FbsError(f"derived label {label!r} needs (dof, factor), got {tie!r}")
-        dof, factor = tie[0], number(tie[1], f"the factor of derived label {label!r}")
+        dof, factor = tie[0], scalar(tie[1], f"the factor of derived label {label!r}")
         if dof not in dofs:
             raise unknown_dof(str(dof), dofs, f"derived label {label!r}: the system")
         if factor == 0:
@@ -150,7 +151,6 @@ class Target:
         ------
         UnknownDofError, FbsError
         """
-        require_type(system, LabelledSystem, "the system")
         axis = ascending_frequency(frequency)
         rows, columns = (
             system.labels if labels is None else unique_labels(labels, what)

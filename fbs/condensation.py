@@ -34,10 +34,10 @@ from ._kernels.checks import (
     FloatArray,
     ascending_frequency,
     positions,
-    require_type,
     sealed,
     unique_labels,
 )
+from ._kernels.door import door
 from ._kernels.elimination import EPS, Blocks, Enclosure, eliminate, equilibrating_size
 from ._mixed_assembly import HELD
 from .errors import (
@@ -54,6 +54,7 @@ BLOCK = 256
 """Lines condensed at once: 256 matrices of 30 DoFs are 3.7 MB."""
 
 
+@door
 def condense_blocked(frf: Frf, masters: Iterable[str]) -> Frf:
     """Block the slaves: H_MM - H_MS H_SS^-1 H_SM; seed paper, Eqs. (30) and (31) as printed.
 
@@ -70,7 +71,8 @@ def condense_blocked(frf: Frf, masters: Iterable[str]) -> Frf:
         [L_S^T  Z  ] [x  ] = [f_M],    u_M = L_M x,
 
     and of other FRFs the `round_off` says what is left. Fewer slaves lose less, and those behind
-    others need no blocking: of a - c - b, block c alone, condense_blocked(condense_free(frf, a + c), a).
+    others need no blocking: of a - c - b, block c alone,
+    condense_blocked(condense_free(frf, a + c), a).
 
     Parameters
     ----------
@@ -91,7 +93,6 @@ def condense_blocked(frf: Frf, masters: Iterable[str]) -> Frf:
         or slaves that move as one.
     UnknownDofError, AmbiguousDofError, FbsError
     """
-    require_type(frf, Frf, "the FRF")
     kept = _masters(masters)
     known = _square_labels(frf, kept)
     slaves = tuple(label for label in known if label not in kept)
@@ -114,7 +115,8 @@ def condense_blocked(frf: Frf, masters: Iterable[str]) -> Frf:
         "labels of one motion, or none at all, as every mobility at 0 Hz): leave the lines out, "
         "add damping, or drop a slave with Frf.select first",
     )
-    lost = (np.abs(found.values) <= found.bound).all(axis=(1, 2)) & found.values.any(axis=(1, 2))
+    small = np.asarray(np.abs(found.values) <= found.bound)
+    lost = small.all(axis=(1, 2)) & np.any(found.values != 0, axis=(1, 2))
     if lost.any():
         raise lost_digits(frf.frequency[lost], slaves)
     contiguous = np.ascontiguousarray(found.values.transpose(1, 2, 0)).transpose(2, 0, 1)
@@ -212,6 +214,7 @@ class CondensedStiffness:
     round_off: FloatArray
 
 
+@door
 def condense_free(frf: Frf, masters: Iterable[str]) -> Frf:
     """Leave the slaves without force: H_MM; what the seed paper's text above Eq. (29) assumes.
 
@@ -234,11 +237,11 @@ def condense_free(frf: Frf, masters: Iterable[str]) -> Frf:
     ------
     UnknownDofError, AmbiguousDofError, FbsError
     """
-    require_type(frf, Frf, "the FRF")
     kept = _masters(masters)
     return frf.select(kept, kept)
 
 
+@door
 def condense_dynamic_stiffness(
     system: SecondOrderSystem, frequency: ArrayLike, masters: Iterable[str]
 ) -> CondensedStiffness:
@@ -266,7 +269,6 @@ def condense_dynamic_stiffness(
         Or none is left of the difference: near 0 Hz of a free system K cancels, down to -w^2 M.
     UnknownDofError, AmbiguousDofError, FbsError
     """
-    require_type(system, SecondOrderSystem, "the system")
     axis = ascending_frequency(frequency)
     kept = _masters(masters)
     index, factor = system.locate(kept)
@@ -286,7 +288,7 @@ def condense_dynamic_stiffness(
         "out, add damping, or take condense_free of the receptance",
     )
     _refuse_singular(
-        axis[(np.abs(values) <= bound).all(axis=2).any(axis=1)],
+        axis[np.any(np.all(np.abs(values) <= bound, axis=2), axis=1)],
         "nothing but round-off is left of the dynamic stiffness between the masters",
         "the stiffness of a system free to move cancels near 0 Hz: leave these lines out, or take "
         "condense_free of the receptance",
@@ -296,6 +298,7 @@ def condense_dynamic_stiffness(
     return CondensedStiffness(axis, sealed(values), kept, sealed(bound))
 
 
+@door
 def block_dofs(system: SecondOrderSystem, dofs: Iterable[str]) -> SecondOrderSystem:
     """Lock coordinates, u_S = 0: M, C and K without the rows and columns S.
 
@@ -319,7 +322,6 @@ def block_dofs(system: SecondOrderSystem, dofs: Iterable[str]) -> SecondOrderSys
     FbsError
         No coordinate is left.
     """
-    require_type(system, SecondOrderSystem, "the system")
     locked, _ = system.locate(dofs)
     free = [i for i in range(len(system.dofs)) if i not in locked]
     if not free:

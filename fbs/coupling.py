@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from ._assembly import End, Layout, assemble
 from ._kernels import batched as _batched
 from ._kernels.blocks import each, stretches
-from ._kernels.checks import ComplexArray, FloatArray, named, require_type, sealed
+from ._kernels.checks import ComplexArray, FloatArray, sealed
+from ._kernels.door import door
 from ._kernels.joint_scaling import joint_scaling
 from ._mixed_assembly import HELD, MixedAssembly
 from .errors import (
@@ -65,6 +66,7 @@ class CoupledFrf:
         return self.frf.round_off
 
 
+@door
 def couple(
     substructures: Mapping[str, Frf],
     joints: Sequence[Joint],
@@ -86,7 +88,7 @@ def couple(
 
     A part that the joints hold to less than `HELD` of its receptance at one of them, as a free
     light part on a stiff one, is coupled by its dynamic stiffness on these lines, if its FRFs are
-    those of a system, see `MixedAssembly`: the difference Y - Y B^T (...) B Y keeps eps |Y| / |Y_c|.
+    those of a system, see `MixedAssembly`: the difference Y - Y B^T (...) B Y loses |Y| / |Y_c|.
 
     Parameters
     ----------
@@ -115,9 +117,8 @@ def couple(
         A rigid joint that follows from the others.
     AmbiguousDofError, UnknownDofError, AxisMismatchError, QuantityMismatchError
     """
-    substructures = named(substructures, Frf, "the substructures")
     axis, quantity = _common_axis(substructures)
-    joints = known_joints(joints)
+    joints = tuple(joints)
     for joint in joints:
         _require_interface(joint, substructures)
     groups = _rigid_groups(joints)
@@ -137,7 +138,7 @@ def couple(
     origin = _origin(axis, substructures, joints, held)
     lines = np.flatnonzero(kernel.held.any(axis=0))
     if lines.size:
-        _refuse_lost(origin, held, axis[lines])
+        _refuse_lost(origin, substructures, held, axis[lines])
         again = origin.receptances(axis[lines], layout.responses, layout.excitations, False).values
         again *= (2j * np.pi * axis[lines, None, None]) ** quantity.derivative
         values[:, :, lines] = again.transpose(1, 2, 0)
@@ -152,21 +153,6 @@ def couple(
         origin,
     )
     return CoupledFrf(frf, sealed(kernel.condition), joints)
-
-
-def known_joints(joints: Sequence[Joint]) -> tuple[Joint, ...]:
-    """Return the joints as a tuple.
-
-    Raises
-    ------
-    FbsError
-        Something else than joints.
-    """
-    require_type(joints, Iterable, "the joints")
-    result = tuple(joints)
-    for joint in result:
-        require_type(joint, Joint, "each of the joints")
-    return result
 
 
 def _origin(
@@ -184,16 +170,19 @@ def _origin(
 
 
 def _refuse_lost(
-    origin: MixedAssembly, held: Mapping[str, NDArray[np.bool_]], axis: FloatArray
+    origin: MixedAssembly,
+    substructures: Mapping[str, Frf],
+    held: Mapping[str, NDArray[np.bool_]],
+    axis: FloatArray,
 ) -> None:
-    """Refuse lines where a joint's motion is no more than round-off, its own and the parts' last digit.
+    """Refuse lines where a joint's motion is no more than round-off, the parts' last digit's.
 
-    Measured by the largest response of that end to any force on the parts.
+    Its bound must be below the largest response of that end to any force on the parts.
     """
     parts = [name for name, lines in held.items() if lines.any()]
     ends = [(name, label) for name in parts for _, label, _ in ends_of(name, origin.joints)]
     rows = tuple(dict.fromkeys(label for _, label in ends))
-    columns = tuple(dict.fromkeys(c for part in origin.parts.values() for c in part.excitations))
+    columns = tuple(dict.fromkeys(c for part in substructures.values() for c in part.excitations))
     found = origin.receptances(axis, rows, columns, False)
     size = np.abs(found.values).max(axis=2)
     own = [columns.index(label) for label in rows]
@@ -335,7 +324,9 @@ class _Interface:
             taken = np.zeros(held.size, dtype=complex)
             for one, other in product(ends, repeat=2):
                 gain = one.sign * other.sign * inverse[one.joint, other.joint]
-                taken += frf[at.response, one.excitation] * gain * frf[other.response, at.excitation]
+                taken += (
+                    frf[at.response, one.excitation] * gain * frf[other.response, at.excitation]
+                )
             held |= np.abs(own - taken) < HELD * np.abs(own)
         return held
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ._kernels.blas_threads import blas_for
 from ._kernels.checks import ComplexArray, FloatArray, read_only, require_type
+from ._kernels.door import door
 from ._kernels.elimination import EPS
 from ._representation import MOST, counted, html_table
 from .errors import AxisMismatchError, DefectiveModesError
@@ -144,6 +145,7 @@ def require_own_pairs(system: SecondOrderSystem, modes: ComplexModes) -> None:
         )
 
 
+@door
 def complex_modes(system: SecondOrderSystem, modes: RealModes | None = None) -> ComplexModes:
     """Solve (s^2 M + s C + K (1 + j eta)) u = 0 as the state (W q, q') of the undamped modes.
 

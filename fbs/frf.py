@@ -15,13 +15,14 @@ from ._kernels.checks import (
     FloatArray,
     ascending_frequency,
     frozen,
-    number,
     numbers,
     positions,
     require_type,
+    scalar,
     sealed,
     unique_labels,
 )
+from ._kernels.door import door
 from ._kernels.elimination import EPS, Enclosure
 from ._kernels.finite import surely_finite
 from ._representation import html_table, listing, spanned
@@ -84,6 +85,7 @@ class Origin(Protocol):
         Of its lines and labels, which may be some of those it was made with.
         """
 
+    @door
     def renamed(self, names: Mapping[str, str]) -> Origin:
         """Return the origin of the FRF with labels replaced: {old: new}."""
 
@@ -189,6 +191,7 @@ class Frf:
         total[np.isnan(total)] = np.inf
         return sealed(total)
 
+    @door
     def select(
         self, responses: Iterable[str] | None = None, excitations: Iterable[str] | None = None
     ) -> Frf:
@@ -213,12 +216,14 @@ class Frf:
         values = self.values[np.searchsorted(self.frequency, frequency)]
         return self._made(True, self._origin, frequency=frequency, values=values)
 
+    @door
     def between(self, response: str, excitation: str) -> ComplexArray:
         """Return H[:, response, excitation], shape (nf,)."""
         i = positions([response], self.responses, "the FRF's responses")[0]
         j = positions([excitation], self.excitations, "the FRF's excitations")[0]
         return self.values[:, i, j]
 
+    @door
     def to(self, quantity: Quantity | str) -> Frf:
         """Return the same FRF as another quantity: H (jw)^n, n derivatives further.
 
@@ -289,6 +294,7 @@ class Frf:
             excitations=tuple(names.get(label, label) for label in self.excitations),
         )
 
+    @door
     def band(self, fmin: float = 0.0, fmax: float = np.inf) -> Frf:
         """Return the lines fmin <= f <= fmax (Hz)."""
         first = int(np.searchsorted(self.frequency, _limit(fmin, "fmin"), side="left"))
@@ -321,7 +327,7 @@ class Frf:
     def __mul__(self, factor: complex) -> Frf:
         if not np.isscalar(factor) or isinstance(factor, (str, bytes)):
             return NotImplemented
-        return _combined((complex(factor), self))  # type: ignore[arg-type]
+        return _combined((complex(factor), self))
 
     __rmul__ = __mul__
 
@@ -372,6 +378,7 @@ def _limit(value: float, what: str) -> float:
     return float(limit)
 
 
+@door
 def frequency_axis(fmin: float, fmax: float, df: float) -> FloatArray:
     """Return f_k = k df from fmin to fmax, both included (Hz).
 
@@ -400,7 +407,7 @@ def axis_ends(fmin: float, fmax: float, df: float) -> tuple[int, int]:
     FbsError
         As there.
     """
-    fmin, fmax, df = number(fmin, "fmin"), number(fmax, "fmax"), number(df, "df")
+    fmin, fmax, df = scalar(fmin, "fmin"), scalar(fmax, "fmax"), scalar(df, "df")
     if df <= 0:
         raise FbsError(f"df must be positive, got {df:.10g} Hz")
     if fmin < 0 or fmax < fmin:

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._kernels.blocks import stretches
 from ._kernels.checks import ComplexArray, FloatArray, ascending_frequency
+from ._kernels.door import door
 from ._kernels.elimination import EPS
 from .damped_modes import is_proportional, modal_damping
 from .errors import undamped_pole
@@ -113,6 +114,7 @@ class InterfaceModes:
                     out[b, a, lines] = out[a, b, lines]
 
 
+@door
 def interface_frf(
     system: SecondOrderSystem,
     frequency: ArrayLike,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ._kernels.checks import ComplexArray, FloatArray, number
+from ._kernels.checks import ComplexArray, FloatArray, scalar
 from .errors import FbsError, JointError
 
 Node = tuple[str, str]
@@ -49,7 +49,7 @@ class Joint:
             raise JointError(f"{self}: both ends are the same")
         for name in ("ratio", "damping", *(() if self.rigid else ("stiffness",))):
             try:
-                object.__setattr__(self, name, number(getattr(self, name), f"the {name}"))
+                object.__setattr__(self, name, scalar(getattr(self, name), f"the {name}"))
             except FbsError as error:
                 raise JointError(f"{self}: {error}; a stiffness of None is rigid") from None
         if self.ratio == 0:

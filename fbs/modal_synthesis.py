@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._kernels.checks import ComplexArray, FloatArray, read_only
+from ._kernels.door import door
 from ._kernels.elimination import EPS, Enclosure
 from ._kernels.weighted_sum import Gains, WeightedSum
 from ._systems import Target
@@ -37,6 +38,7 @@ __all__ = [
 ]
 
 
+@door
 def modal_frf(
     system: SecondOrderSystem,
     frequency: ArrayLike,
@@ -105,9 +107,9 @@ def _require_convergence(axis: FloatArray, limit: float) -> None:
     beyond = axis >= limit
     if beyond.any():
         raise FbsError(
-            f"the residuals' series diverges at and above the first left-out mode, {limit:.10g} Hz, "
-            f"and {beyond.sum()} of the lines lie there, from {axis[beyond][0]:.10g} Hz on: keep "
-            "more modes, or leave these lines out"
+            f"the residuals' series diverges from the first left-out mode on, {limit:.10g} Hz, and "
+            f"{beyond.sum()} of the lines lie there, from {axis[beyond][0]:.10g} Hz on: keep more "
+            "modes, or leave these lines out"
         )
 
 
@@ -399,6 +401,7 @@ class Poles:
         return np.divide(-self.values.real, modulus, out=np.zeros_like(modulus), where=modulus > 0)
 
 
+@door
 def poles(system: SecondOrderSystem) -> Poles:
     """Return the roots s of det(s^2 M + s C + K (1 + j eta)) = 0.
 

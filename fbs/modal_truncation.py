@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ._kernels.checks import FloatArray, read_only
+from ._kernels.door import door
 from .errors import FbsError
 from .second_order_system import SecondOrderSystem
 from .undamped_modes import (
@@ -53,6 +54,7 @@ class TruncatedModes:
         return self.kept.dofs
 
 
+@door
 def truncate(
     system: SecondOrderSystem,
     keep: Selection,
@@ -96,7 +98,7 @@ def truncate(
         modes = real_modes(system, rigid_tolerance)
     else:
         require_own(system, modes)
-    kept = _selected(modes, keep)
+    kept = modes.truncated(keep)
     stiffness = stiffness_factor(system, rigid_tolerance)
     n_rigid = len(system.dofs) - stiffness.rank
     if kept.n_rigid == n_rigid:
@@ -109,17 +111,6 @@ def truncate(
             "because what they add (-1/w^2) is no series in w^2"
         )
     return TruncatedModes(kept, (), 0.0)
-
-
-def _selected(modes: RealModes, keep: Selection) -> RealModes:
-    count = modes.angular_frequency.size
-    try:
-        positions = np.arange(count)[keep]
-    except IndexError as error:
-        raise FbsError(f"keep does not fit {count} modes: {error}") from None
-    if positions.ndim != 1 or np.unique(positions).size != positions.size:
-        raise FbsError("keep must name modes once each: a slice, indices or a mask")
-    return modes.truncated(positions)
 
 
 def _left_out_flexibility(

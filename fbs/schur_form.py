@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import schur
 
 from ._kernels.blocks import each, stretches
-from ._kernels.checks import ComplexArray, FloatArray, ascending_frequency, unique_labels
+from ._kernels.checks import ComplexArray, FloatArray, ascending_frequency
+from ._kernels.door import door
 from ._kernels.elimination import EPS
 from .damped_modes import state_space
 from .errors import undamped_pole
@@ -33,6 +34,7 @@ CACHE = 2**20
 """Bytes of states solved at once."""
 
 
+@door
 def schur_frf(
     system: SecondOrderSystem,
     frequency: ArrayLike,
@@ -154,7 +156,7 @@ class _Form:
             values += _product(self.rigid, states) / s
         if self.steady.any():
             values += self.steady.T[:, None, :, None] / s**2
-        frfs = values.transpose(0, 2, 1, 3).reshape(*values.shape[0:3:2], -1)
+        frfs = values.transpose(0, 2, 1, 3).reshape(*values.shape[0:3:2], n_blocks * LINES)
         return frfs[:, :, : w.size], still | singular.any(axis=1).ravel()[: w.size]
 
 

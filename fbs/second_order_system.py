@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._kernels import batched as _batched
 from ._kernels.blocks import each, stretches
-from ._kernels.checks import ComplexArray, FloatArray, square_matrix
+from ._kernels.checks import FloatArray, square_matrix
+from ._kernels.door import door
 from ._kernels.elimination import EPS, Blocks, Enclosure, eliminate
 from ._systems import LabelledSystem, Target
 from .errors import FbsError, singular_dynamic_stiffness
@@ -59,6 +60,7 @@ class SecondOrderSystem(LabelledSystem):
         return not (self.damping.any() or self.loss_factor)
 
 
+@door
 def direct_frf(
     system: SecondOrderSystem,
     frequency: ArrayLike,
@@ -184,7 +186,8 @@ class SystemOrigin:
     def of(cls, system: SecondOrderSystem) -> SystemOrigin:
         """Return the origin under the system's own labels."""
         where, factor = system.locate()
-        return cls(system, dict(zip(system.labels, zip(where, factor.tolist()), strict=True)))
+        places = zip(where, factor.tolist(), strict=True)
+        return cls(system, dict(zip(system.labels, places, strict=True)))
 
     def renamed(self, names: Mapping[str, str]) -> SystemOrigin:
         """Return the origin with labels replaced."""

@@ -12,6 +12,7 @@ from scipy.linalg import lapack
 
 from ._kernels.blas_threads import blas_for
 from ._kernels.checks import FloatArray, read_only, require_type
+from ._kernels.door import door
 from ._kernels.elimination import EPS
 from ._representation import MOST, counted, html_table
 from .errors import (
@@ -68,9 +69,22 @@ class RealModes:
         """Hz."""
         return self.angular_frequency / (2 * np.pi)
 
+    @door
     def truncated(self, kept: Selection) -> RealModes:
-        """Return only the modes `kept` (indices, a slice or a mask), in their order."""
-        positions = np.arange(self.angular_frequency.size)[kept]
+        """Return only the modes `kept` (indices, a slice or a mask), in their order.
+
+        Raises
+        ------
+        FbsError
+            They do not exist, or are named twice.
+        """
+        count = self.angular_frequency.size
+        try:
+            positions = np.arange(count)[kept]
+        except (IndexError, TypeError, ValueError) as error:
+            raise FbsError(f"the selection does not fit {count} modes: {error}") from None
+        if positions.ndim != 1 or np.unique(positions).size != positions.size:
+            raise FbsError("modes must be named once each: by a slice, indices or a mask")
         return RealModes(
             read_only(self.angular_frequency[positions]),
             read_only(self.shapes[:, positions]),
@@ -118,6 +132,7 @@ def require_own(system: SecondOrderSystem, modes: RealModes) -> None:
         )
 
 
+@door
 def real_modes(system: SecondOrderSystem, rigid_tolerance: float | None = None) -> RealModes:
     """Solve K phi = w^2 M phi as the singular values of G M^(-1/2), K = G^T G.
 

@@ -68,11 +68,11 @@ def numbers(value: Any, what: str, kind: type = float) -> NDArray[Any]:
     if array.dtype.kind == "c" and kind is float:
         raise FbsError(f"{what} must be real, got complex numbers")
     if array.dtype.kind not in "iufc":
-        raise FbsError(f"{what} must be an array of numbers, got {_described(value)}")
+        raise FbsError(f"{what} must be an array of numbers, got {described(value)}")
     return array.astype(kind, copy=False)
 
 
-def number(value: Any, what: str, least: float = -np.inf, most: float = np.inf) -> float:
+def scalar(value: Any, what: str, least: float = -np.inf, most: float = np.inf) -> float:
     """Return one finite real number, least <= value <= most; every scalar comes in here.
 
     Raises
@@ -86,8 +86,10 @@ def number(value: Any, what: str, least: float = -np.inf, most: float = np.inf) 
     if not np.isfinite(result):
         raise NonFiniteError(f"{what} must be finite, got {result}")
     if not least <= result <= most:
-        bounds = [f"at least {least:g}"] * (least > -np.inf) + [f"at most {most:g}"] * (most < np.inf)
-        raise FbsError(f"{what} must be {' and '.join(bounds)}, got {result:.10g}")
+        least_of = f"at least {least:g}" if np.isfinite(least) else ""
+        most_of = f"at most {most:g}" if np.isfinite(most) else ""
+        allowed = " and ".join(filter(None, (least_of, most_of)))
+        raise FbsError(f"{what} must be {allowed}, got {result:.10g}")
     return result
 
 
@@ -101,7 +103,7 @@ def require_type(value: Any, kind: type | tuple[type, ...], what: str) -> None:
     if not isinstance(value, kind):
         kinds = kind if isinstance(kind, tuple) else (kind,)
         names = " or ".join(one.__name__ for one in kinds)
-        raise FbsError(f"{what} must be of type {names}, got {_described(value)}")
+        raise FbsError(f"{what} must be of type {names}, got {described(value)}")
 
 
 def named(parts: Any, kind: type | tuple[type, ...], what: str) -> dict[str, Any]:
@@ -118,7 +120,7 @@ def named(parts: Any, kind: type | tuple[type, ...], what: str) -> dict[str, Any
     return dict(parts)
 
 
-def _described(value: Any) -> str:
+def described(value: Any) -> str:
     text = repr(value)
     return f"{text if len(text) <= 60 else text[:60] + '…'} ({type(value).__name__})"
 
@@ -127,11 +129,13 @@ def unique_labels(labels: Iterable[str], what: str) -> tuple[str, ...]:
     """Return the labels as a tuple of non-empty strings, no two alike."""
     if isinstance(labels, str):
         raise FbsError(f"{what} must be a sequence of labels, not the single string {labels!r}")
-    if isinstance(labels, Set) and not isinstance(labels, KeysView) or not isinstance(
-        labels, Iterable
-    ):
-        raise FbsError(f"{what} must be a sequence of labels, in order, got {_described(labels)}")
-    result = tuple(labels)
+    unordered = isinstance(labels, Set) and not isinstance(labels, KeysView)
+    if unordered or not isinstance(labels, Iterable):
+        raise FbsError(f"{what} must be a sequence of labels, in order, got {described(labels)}")
+    try:
+        result = tuple(labels)
+    except TypeError as error:  # an array without dimensions
+        raise FbsError(f"{what} must be a sequence of labels: {error}") from None
     for label in result:
         if not isinstance(label, str) or not label:
             raise FbsError(f"{what} must be non-empty strings, got {label!r}")

@@ -27,6 +27,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from .._kernels.checks import ComplexArray, FloatArray
+from .._kernels.door import door
 from ..errors import FbsError
 from ..frf import Frf, Quantity, frequency_axis, require_same_frequency
 from .whole_files import written_whole
@@ -53,6 +54,7 @@ class UffError(FbsError):
     """A universal file that holds no FRF matrix, or an FRF that does not fit into one."""
 
 
+@door
 def write_uff(frf: Frf, path: str | os.PathLike[str]) -> None:
     """Write an FRF to a file as dataset 58; see `write_uff_to`.
 
@@ -104,6 +106,7 @@ def write_uff_to(frf: Frf, file: BinaryIO) -> None:
     write_datasets(chain([si_units()], functions), file)
 
 
+@door
 def read_uff(path: str | os.PathLike[str]) -> Frf:
     """Read the FRF matrix of a universal file, ASCII or binary; other datasets are passed over.
 

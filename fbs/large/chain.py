@@ -22,13 +22,13 @@ from .._kernels.checks import (
     ComplexArray,
     FloatArray,
     ascending_frequency,
-    named,
     require_type,
     sealed,
     unique_labels,
 )
+from .._kernels.door import door
 from .._mixed_assembly import MixedAssembly, Part
-from ..coupling import CoupledFrf, couple, known_joints
+from ..coupling import CoupledFrf, couple
 from ..errors import FbsError, QuantityMismatchError, singular_kernel
 from ..frf import Frf, Quantity, computed_frf, require_same_frequency
 from ..interface_synthesis import InterfaceModes
@@ -59,6 +59,7 @@ PartSynthesis = Callable[..., Frf]
 """`modal_frf`, `direct_frf`, `sparse_frf`, ...: (system, frequency, responses, excitations)."""
 
 
+@door
 def couple_chain(
     parts: Mapping[str, System | Frf],
     joints: Sequence[Joint],
@@ -121,8 +122,7 @@ def couple_chain(
     axis = ascending_frequency(frequency)
     rows = unique_labels(responses, "the responses")
     columns = unique_labels(excitations, "the excitations")
-    parts = named(parts, object, "the parts")
-    joints = known_joints(joints)
+    joints = tuple(joints)
     tree = Tree.of({name: _labels(name, part) for name, part in parts.items()}, joints)
     responding, excited = tree.owners(rows, 0), tree.owners(columns, 1)
     frfs = {
@@ -190,7 +190,9 @@ def _prepared(
         frf = part.select(rows, columns)
         return _PartFrfs(frf, rows, columns, partial(_copy, frf))
     if not (rows and columns):  # nothing joined to it, and not both asked for
-        nothing = Frf(axis, np.zeros((axis.size, len(rows), len(columns))), rows, columns)
+        nothing = Frf(
+            axis, np.zeros((axis.size, len(rows), len(columns)), dtype=complex), rows, columns
+        )
         return _PartFrfs(nothing, rows, columns, lambda lines, out: None)
     if synthesis is None:
         return _modal(name, part, rows, columns, axis)

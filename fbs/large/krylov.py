@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._kernels.checks import ComplexArray, FloatArray, ascending_frequency, read_only
+from .._kernels.door import door
+from .._kernels.elimination import EPS
 from ..damped_modes import ComplexModes, complex_modes, is_proportional, modal_damping
 from ..errors import FbsError, first_few, singular_dynamic_stiffness
 from ..frf import Frf, Quantity
 from ..modal_synthesis import modal_frf
 from ..second_order_system import SecondOrderSystem
-from .._kernels.elimination import EPS
 from ..undamped_modes import SYMMETRY_TOLERANCE, RealModes, real_modes
 from .sparse_system import DynamicStiffness, SparseSystem
 
@@ -81,6 +82,7 @@ class ReducedFrf:
     checked_error: FloatArray
 
 
+@door
 def reduced_frf(
     system: SparseSystem,
     frequency: ArrayLike,

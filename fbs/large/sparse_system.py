@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._kernels.checks import FloatArray
+from .._kernels.checks import FloatArray, square_matrix
+from .._kernels.door import door
 from .._systems import LabelledSystem, Target
 from ..errors import FbsError, NonFiniteError, singular_dynamic_stiffness
 from ..frf import Frf, Quantity
@@ -44,6 +45,7 @@ class SparseSystem(LabelledSystem):
         return _sparse_matrix(matrix, size, name)
 
     @classmethod
+    @door
     def of(cls, system: SecondOrderSystem) -> SparseSystem:
         """Return a dense system as a sparse one; zeros are dropped."""
         return cls(
@@ -62,9 +64,11 @@ class SparseSystem(LabelledSystem):
 
 
 def _sparse_matrix(matrix: Any, size: int, name: str) -> csc_array:
-    from scipy.sparse import csc_array
+    from scipy.sparse import csc_array, issparse
 
-    if np.iscomplexobj(matrix):
+    if not issparse(matrix):
+        matrix = square_matrix(matrix, size, name)
+    elif np.iscomplexobj(matrix):
         raise FbsError(f"the {name} matrix must be real; damping has a matrix of its own")
     result = csc_array(matrix, dtype=float, copy=True)
     if result.shape != (size, size):
@@ -81,6 +85,7 @@ def _sparse_matrix(matrix: Any, size: int, name: str) -> csc_array:
     return result
 
 
+@door
 def sparse_frf(
     system: SparseSystem,
     frequency: ArrayLike,
@@ -201,7 +206,7 @@ class DynamicStiffness:
         mass, damping, stiffness = self.diagonals
         root = np.sqrt(stiffness + omega**2 * mass + omega * damping)
         peak = (np.abs(solution) * root[:, None]).max(axis=0) * root[columns]
-        return solution if peak.max() <= 1 / (10 * n * np.finfo(float).eps) else None
+        return solution if peak.max(initial=0.0) <= 1 / (10 * n * np.finfo(float).eps) else None
 
 
 def _fill_reducing_order(matrices: Iterable[csc_array]) -> NDArray[np.intp]:

@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._kernels.checks import ComplexArray, FloatArray, read_only
+from .._kernels.door import door
 from ..errors import FbsError, SingularLineError
 from ..frf import Frf
 from ._averages import (
@@ -91,6 +92,7 @@ class Estimate:
                 object.__setattr__(self, name, read_only(np.asarray(value)))
 
 
+@door
 def periodic_frf(
     records: Record | Iterable[Record],
     period_samples: int,
@@ -166,6 +168,7 @@ def periodic_frf(
     )
 
 
+@door
 def averaged_frf(
     records: Record | Iterable[Record],
     segment: int,
@@ -262,6 +265,7 @@ def averaged_frf(
     )
 
 
+@door
 def impulse_frf(
     records: Record | Iterable[Record],
     *,
