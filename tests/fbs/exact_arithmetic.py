@@ -102,7 +102,11 @@ def random_part(rng: np.random.Generator, name: str, most: int = 5) -> SecondOrd
     mass = 10.0 ** np.clip(rng.uniform(-9, 3) + spread * rng.uniform(-0.5, 0.5, n), -9, 3)
     ratio = rng.choice([0.0, 1e-7, 1e-5, 1e-3])
     springs = [
-        (unit(n, (i, 1.0), (i + 1, -1.0)), stiffness[i], stiffness[i] * ratio * rng.choice([1, 1, 3]))
+        (
+            unit(n, (i, 1.0), (i + 1, -1.0)),
+            stiffness[i],
+            stiffness[i] * ratio * rng.choice([1, 1, 3]),
+        )
         for i in range(n - 1)
     ]
     if rng.random() < 0.5:
@@ -118,7 +122,9 @@ def random_part(rng: np.random.Generator, name: str, most: int = 5) -> SecondOrd
     )
 
 
-def random_joints(rng: np.random.Generator, systems: Mapping[str, SecondOrderSystem]) -> list[Joint]:
+def random_joints(
+    rng: np.random.Generator, systems: Mapping[str, SecondOrderSystem]
+) -> list[Joint]:
     """A tree of rigid and flexible joints."""
     names = list(systems)
     joints = []
@@ -138,6 +144,8 @@ def random_lines(rng: np.random.Generator, count: int, poles: np.ndarray) -> np.
     lines = 10.0 ** rng.uniform(-3, 5, count)
     poles = poles[(poles > 1e-3) & (poles < 1e9)]
     if poles.size:
-        beside = rng.choice(poles, count // 3 + 1) * (1 + 10.0 ** rng.uniform(-13, -3, count // 3 + 1))
+        beside = rng.choice(poles, count // 3 + 1) * (
+            1 + 10.0 ** rng.uniform(-13, -3, count // 3 + 1)
+        )
         lines[: beside.size] = beside
     return np.unique(lines)

@@ -261,7 +261,7 @@ def test_derived_labels_scale_the_condensed_dynamic_stiffness():
     stiffness = condense_dynamic_stiffness(system, AXIS, ["hub", "x3"]).values
     assert scaled_error(np.linalg.inv(stiffness), free).max() < 1e-9
     with pytest.raises(AmbiguousDofError, match="'x1' and 'hub' are one motion"):
-        condense_dynamic_stiffness(system, AXIS, ["x1", "hub"]).values
+        condense_dynamic_stiffness(system, AXIS, ["x1", "hub"])
 
 
 def test_blocking_drops_the_derived_labels_of_a_locked_coordinate():
@@ -289,7 +289,7 @@ def test_unknown_and_missing_masters_are_named(condense):
         condense(frf, ["m1", "m1"])
     with pytest.raises(FbsError, match="no masters"):
         condense(frf, [])
-    with pytest.raises(FbsError, match="single string"):
+    with pytest.raises(FbsError, match="masters must be a sequence, in order, got 'm1'"):
         condense(frf, "m1")
 
 
