@@ -7,7 +7,8 @@ Systems
     `SecondOrderSystem`, `SparseSystem`.
 FRFs
     `Frf` on a `frequency_axis`: `synthesize` chooses among `direct_frf`, `modal_frf`, `schur_frf`;
-    `sparse_frf` and `reduced_frf` for large systems; `read_uff`, `write_uff`.
+    `sparse_frf` and `reduced_frf` for large systems; `read_uff`, `write_uff`. `Frf.round_off` bounds
+    the error.
 Modes
     `real_modes`, `complex_modes`, `poles`; `truncate` leaves some out and keeps their residuals.
 Substructures
@@ -24,6 +25,7 @@ Errors
 from typing import TYPE_CHECKING, Any
 
 from .condensation import (
+    CondensedStiffness,
     block_dofs,
     condense_blocked,
     condense_dynamic_stiffness,
@@ -67,6 +69,7 @@ __all__ = [
     "AmbiguousDofError",
     "AxisMismatchError",
     "ComplexModes",
+    "CondensedStiffness",
     "CoupledFrf",
     "DefectiveModesError",
     "Estimate",

@@ -232,9 +232,9 @@ class _Equations:
             y = given.values[lines]
             known = given.error[lines] + 4 * EPS * np.abs(y)
             whole[:, : r + n_joint, : e + n_joint] += given.left @ y @ given.right
-            error[:, : r + n_joint, : e + n_joint] += (
-                np.abs(given.left) @ known @ np.abs(given.right)
-            )
+            with np.errstate(invalid="ignore"):  # no bound of the part: none of the assembly
+                known = np.abs(given.left) @ known @ np.abs(given.right)
+            error[:, : r + n_joint, : e + n_joint] += known
         at = n_joint
         for part in self.held:
             z, z_error = part.origin.dynamic_stiffness(omega)

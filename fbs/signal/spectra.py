@@ -287,8 +287,6 @@ def _cut(
     record = finite_samples(samples)
     if not (np.isfinite(rate) and rate > 0):
         raise FbsError(f"the sampling frequency must be positive and finite, got {rate} Hz")
-    if window not in ("boxcar", "hann", "flattop"):
-        raise FbsError(f"window must be boxcar, hann or flattop, got {window!r}")
     if not 0 <= overlap < 1:
         raise FbsError(f"overlap must be at least 0 and below 1, got {overlap}")
     if resolution is not None and not (np.isfinite(resolution) and 0 < resolution <= rate / 4):

@@ -594,7 +594,7 @@ def test_averaged_refuses():
     with pytest.raises(FbsError, match="segment must be at least 2, got 1"):
         averaged_frf(record, 1)
     for ratio in (0.0, -1.0, np.nan):
-        with pytest.raises(FbsError, match="noise_ratio must be positive"):
+        with pytest.raises(FbsError, match="noise_ratio must be"):
             averaged_frf(one, 128, estimator="Hv", noise_ratio=ratio)
     wide = noise_record(n_output=3)
     with pytest.raises(FbsError, match="H2 of 2 inputs needs as many outputs, got 3"):
