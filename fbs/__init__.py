@@ -7,8 +7,8 @@ Systems
     `SecondOrderSystem`, `SparseSystem`.
 FRFs
     `Frf` on a `frequency_axis`: `synthesize` chooses among `direct_frf`, `modal_frf`, `schur_frf`;
-    `sparse_frf` and `reduced_frf` for large systems; `read_uff`, `write_uff`. `Frf.round_off` bounds
-    the error.
+    `sparse_frf` and `reduced_frf` for large systems; `read_uff`, `write_uff`.
+    `Frf.round_off` bounds the error.
 Modes
     `real_modes`, `complex_modes`, `poles`; `truncate` leaves some out and keeps their residuals.
 Substructures
