@@ -43,8 +43,8 @@ from tests.fbs.exact_arithmetic import (  # noqa: E402
     random_part,
 )
 
-ZERO = 1e-140
-"""Below, an exact value is a zero whose ball did not know."""
+ZERO = 1e-120
+"""Below, an exact value is a zero whose ball does not know; it has no relative error."""
 
 METHODS: dict[str, Callable[..., Frf]] = {
     "direct": direct_frf,
@@ -69,7 +69,7 @@ class Tally:
             for j, true in enumerate(row):
                 size, error = float(abs(true).mid()), distance(values[i, j], true)
                 self.errors[route].append((error, float(claims[i, j]), size))
-                if not error <= claims[i, j] and size > ZERO:
+                if not error <= claims[i, j]:
                     self.wrong.append(f"{route}, {at}: {error:.3g} against {claims[i, j]:.3g}")
 
     def median_claim(self, route: str) -> float:
@@ -194,8 +194,9 @@ def test_claims_hold() -> None:
 
 
 @pytest.mark.slow
-def test_claims_hold_on_400_random_systems() -> None:
-    assert_claims_hold(range(400), 6)
+@pytest.mark.parametrize("hundred", range(4))
+def test_claims_hold_on_400_random_systems(hundred: int) -> None:
+    assert_claims_hold(range(100 * hundred, 100 * (hundred + 1)), 6)
 
 
 HUB = SecondOrderSystem([[4.48e-8]], [[0.0]], [[0.0]], ("hub",), {"end": ("hub", 0.7)})
