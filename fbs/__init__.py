@@ -24,6 +24,7 @@ Errors
 
 from typing import TYPE_CHECKING, Any
 
+from .axes import frequency_axis
 from .condensation import (
     CondensedStiffness,
     block_dofs,
@@ -47,7 +48,7 @@ from .errors import (
     UnknownDofError,
 )
 from .files.uff import UffError, read_uff, write_uff
-from .frf import Frf, Quantity, frequency_axis
+from .frf import Frf, Quantity
 from .joints import Joint
 from .large.chain import couple_chain
 from .large.krylov import ReducedFrf, ReductionError, reduced_frf

@@ -28,8 +28,9 @@ import numpy as np
 
 from .._kernels.checks import ComplexArray, FloatArray
 from .._kernels.door import door
+from ..axes import frequency_axis, require_same_frequency
 from ..errors import FbsError
-from ..frf import Frf, Quantity, frequency_axis, require_same_frequency
+from ..frf import Frf, Quantity
 from .whole_files import written_whole
 
 RESPONSE, EXCITATION = "response: ", "excitation: "

@@ -28,9 +28,10 @@ from .._kernels.checks import (
 )
 from .._kernels.door import door
 from .._mixed_assembly import MixedAssembly, Part
+from ..axes import require_same_frequency
 from ..coupling import CoupledFrf, couple
 from ..errors import FbsError, QuantityMismatchError, singular_kernel
-from ..frf import Frf, Quantity, computed_frf, require_same_frequency
+from ..frf import Frf, Quantity, computed_frf
 from ..interface_synthesis import InterfaceModes
 from ..joints import Joint, Node
 from ..modal_synthesis import modal_frf

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fbs import frequency_axis
-from fbs.frf import axis_ends
+from fbs.axes import axis_ends
 
 from ..errors import require_frequencies
 

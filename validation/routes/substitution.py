@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fbs import AxisMismatchError, Frf, direct_frf
-from fbs.frf import require_same_frequency
+from fbs.axes import require_same_frequency
 from mbs_models.model.parameters import Drivetrain
 
 from ..errors import CommandError, require_frequencies

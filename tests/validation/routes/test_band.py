@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from fbs import FbsError
-from fbs.frf import axis_ends, frequency_axis
+from fbs.axes import axis_ends, frequency_axis
 from mbs_models.model.model_file import load, preset_names
 from tests.validation.command_line import call
 from validation.crosscheck.comparison import report_pairs
