@@ -7,8 +7,10 @@ Systems
     `SecondOrderSystem`, `SparseSystem`.
 FRFs
     `Frf` on a `frequency_axis`: `synthesize` chooses among `direct_frf`, `modal_frf`, `schur_frf`;
-    `sparse_frf` and `reduced_frf` for large systems; `read_uff`, `write_uff`.
-    `Frf.round_off` bounds the error.
+    `sparse_frf` and `reduced_frf` for large systems; `Frf.round_off` bounds the error.
+    `read_frf`, `write_frf` by a file's ending (a measurement with its notes), `read_uff`,
+    `write_uff`;
+    `fbs.measured` for their quality, uncertainty and resampling.
 Modes
     `real_modes`, `complex_modes`, `poles`; `truncate` leaves some out and keeps their residuals.
 Substructures
@@ -47,7 +49,6 @@ from .errors import (
     SingularLineError,
     UnknownDofError,
 )
-from .files.uff import UffError, read_uff, write_uff
 from .frf import Frf, Quantity
 from .joints import Joint
 from .large.chain import couple_chain
@@ -123,6 +124,7 @@ __all__ = [
     "outputs",
     "periodic_frf",
     "poles",
+    "read_frf",
     "read_uff",
     "real_modes",
     "reduced_frf",
@@ -134,16 +136,32 @@ __all__ = [
     "synthesize",
     "truncate",
     "waveform",
+    "write_frf",
     "write_uff",
 ]
 
 if TYPE_CHECKING:
+    from .files.frf_files import read_frf, write_frf
+    from .files.uff import read_uff, write_uff
+    from .files.universal import UffError
+
     __version__: str
 else:  # hidden, so that a name that is not there is an error of types
+    FILES = {
+        "UffError": "universal",
+        "read_frf": "frf_files",
+        "read_uff": "uff",
+        "write_frf": "frf_files",
+        "write_uff": "uff",
+    }
 
     def __getattr__(name: str) -> Any:
         if name == "__version__":
             from importlib.metadata import version  # takes its time to load
 
             return version("drivetrain-crosscheck")
+        if name in FILES:  # most programs read none
+            from importlib import import_module
+
+            return getattr(import_module(f".files.{FILES[name]}", __name__), name)
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

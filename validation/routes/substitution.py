@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fbs import AxisMismatchError, Frf, direct_frf
+from fbs import AxisMismatchError, FbsError, Frf, direct_frf
 from fbs.axes import require_same_frequency
+from fbs.measured.resampling import overlap, resample
 from mbs_models.model.parameters import Drivetrain
 
 from ..errors import CommandError, require_frequencies
 from . import frf_input
+from .frf_input import NOTHING_SAID, FileOptions
 from .routes import EQUATIONS, coupling_joints, known_part
 from .substitution_checks import implausible, square_labels
 
@@ -41,6 +43,8 @@ class Replacement:
         The file's labels that the model does not have.
     warnings
         What is odd about the file.
+    repeats
+        The runs whose mean ``frf`` is, on its lines; empty if there is one.
     """
 
     part: str
@@ -50,6 +54,7 @@ class Replacement:
     left_out: tuple[str, ...]
     unknown: tuple[str, ...]
     warnings: tuple[str, ...]
+    repeats: tuple[Frf, ...] = ()
 
 
 def read_replacements(
@@ -58,6 +63,7 @@ def read_replacements(
     fmin: float | None = None,
     fmax: float | None = None,
     df: float | None = None,
+    options: FileOptions = NOTHING_SAID,
 ) -> tuple[Replacement, ...]:
     """Read the files of ``--replace PART=FILE``.
 
@@ -71,6 +77,8 @@ def read_replacements(
         Limits of the lines used (Hz; None: all of the file but 0 Hz).
     df
         A step that the lines must have (Hz; None: any).
+    options
+        What the user says of the files.
 
     Raises
     ------
@@ -79,7 +87,11 @@ def read_replacements(
     """
     require_frequencies(fmin=fmin, fmax=fmax, df=df)
     paths = _paths(drivetrain, given)
-    found = tuple(_replacement(drivetrain, part, path, fmin, fmax) for part, path in paths.items())
+    found = tuple(
+        _replacement(drivetrain, part, path, fmin, fmax, options) for part, path in paths.items()
+    )
+    if found and options.resample:
+        return _on_common_lines(found, fmin, fmax, df)
     for other in found[1:]:
         _refuse_other_axis(found[0], other)
     if found and df is not None:
@@ -113,54 +125,58 @@ def _paths(drivetrain: Drivetrain, given: Sequence[str]) -> dict[str, Path]:
 
 
 def _replacement(
-    drivetrain: Drivetrain, part: str, path: Path, fmin: float | None, fmax: float | None
+    drivetrain: Drivetrain,
+    part: str,
+    path: Path,
+    fmin: float | None,
+    fmax: float | None,
+    options: FileOptions,
 ) -> Replacement:
     interface = interface_labels(drivetrain, part)
     system = EQUATIONS.stage(drivetrain, part)
-    frf = frf_input.read(path)
-    _refuse_other_parts(drivetrain, part, path, frf)
+    contents = frf_input.contents(path, options)
+    labels = frf_input.labels(contents)
+    if options.channel_map is None:
+        _refuse_other_parts(drivetrain, part, path, labels)
+    radii = drivetrain.dof_radii()
+    measured = frf_input.measured(path, contents, system.labels, radii, options)
+    frf = measured.frf
     _refuse_missing_interface(part, path, frf, interface)
-    rows, columns = (
-        [label for label in labels if label in system.labels]
-        for labels in (frf.responses, frf.excitations)
-    )
-    if not (rows and columns):
-        raise CommandError(
-            f"{path}: none of its DoFs belong to '{part}'; it has {_listing(frf.responses)}, "
-            f"'{part}' has {_listing(system.labels)}"
-        )
-    unknown = dict.fromkeys(x for x in frf.responses + frf.excitations if x not in system.labels)
+    unknown = () if options.channel_map else tuple(x for x in labels if x not in system.labels)
     lines = _lines(path, frf.frequency, fmin, fmax)
     static = frf.frequency[0] == 0.0 and (fmin is None or fmin <= 0.0)
-    known = frf.select(rows, columns).band(lines[0], lines[-1]).to("receptance")
+    known = frf.band(lines[0], lines[-1]).to("receptance")
     own = direct_frf(system, known.frequency, interface, interface) if interface else known
-    odd = [*_notes(static, unknown), *implausible(known, own, interface)]
+    odd = [*measured.notes, *_notes(static, unknown), *implausible(known, own, interface)]
     return Replacement(
         part=part,
         path=path,
         frf=known,
         interface=interface,
         left_out=tuple(x for x in system.labels if x not in square_labels(known)),
-        unknown=tuple(unknown),
+        unknown=unknown,
         warnings=tuple(f"{path} ('{part}'): {words}" for words in odd),
+        repeats=tuple(one.band(lines[0], lines[-1]).to("receptance") for one in measured.repeats),
     )
 
 
-def _notes(static: bool, unknown: Mapping[str, None]) -> list[str]:
+def _notes(static: bool, unknown: Sequence[str]) -> list[str]:
     notes = []
     if static:
         notes.append("its line at 0 Hz is left out: what is free to move has no FRF there")
     if unknown:
-        notes.append(f"the model has no DoF {_listing(tuple(unknown))}: left out")
+        notes.append(f"the model has no DoF {_listing(unknown)}: left out")
     return notes
 
 
-def _refuse_other_parts(drivetrain: Drivetrain, part: str, path: Path, frf: Frf) -> None:
+def _refuse_other_parts(
+    drivetrain: Drivetrain, part: str, path: Path, labels: Sequence[str]
+) -> None:
     """FRFs of the whole drivetrain are no part's."""
     own = EQUATIONS.stage(drivetrain, part).labels
     for other in drivetrain.parts:
         theirs = EQUATIONS.stage(drivetrain, other.name).labels
-        strange = [x for x in frf.responses + frf.excitations if x in theirs and x not in own]
+        strange = [x for x in labels if x in theirs and x not in own]
         if other.name != part and strange:
             raise CommandError(
                 f"{path}: {strange[0]!r} belongs to '{other.name}', not to '{part}'; FRFs of "
@@ -199,8 +215,45 @@ def _refuse_other_axis(first: Replacement, other: Replacement) -> None:
         )
     except AxisMismatchError as error:
         raise CommandError(
-            f"{error}; all files need the same lines (--fmin and --fmax cut them)"
+            f"{error}; {overlap(first.frf.frequency, other.frf.frequency)}; all files need the "
+            "same lines (--fmin and --fmax cut them, --resample interpolates)"
         ) from error
+
+
+def _on_common_lines(
+    found: Sequence[Replacement], fmin: float | None, fmax: float | None, df: float | None
+) -> tuple[Replacement, ...]:
+    """Interpolate to the first file's lines, or to a step, within what all files have."""
+    low = max(one.frf.frequency[0] for one in found)
+    high = min(one.frf.frequency[-1] for one in found)
+    if df is None:
+        own = found[0].frf.frequency
+        lines = own[(own >= low) & (own <= high)]
+    else:
+        first, last = np.ceil(low / df * (1 - SAME_STEP)), np.floor(high / df * (1 + SAME_STEP))
+        lines = df * np.arange(first, last + 1)
+    if not lines.size:
+        raise CommandError(
+            f"{found[-1].path}: no line from {low:g} to {high:g} Hz, which is all that the files "
+            "have in common"
+        )
+    return tuple(_resampled(one, lines) for one in found)
+
+
+def _resampled(one: Replacement, lines: FloatArray) -> Replacement:
+    if np.array_equal(one.frf.frequency, lines):
+        return one
+    try:
+        new = resample(one.frf, lines)
+    except FbsError as error:
+        raise CommandError(f"{one.path}: {error}") from error
+    worst = int(np.argmax(new.error))
+    note = (
+        f"{one.path} ('{one.part}'): interpolated to {lines.size} lines, with an error of up to "
+        f"{new.error[worst]:.2g} of the FRFs' peaks at {lines[worst]:g} Hz"
+    )
+    repeats = tuple(resample(other, lines).frf for other in one.repeats)
+    return replace(one, frf=new.frf, warnings=(*one.warnings, note), repeats=repeats)
 
 
 def _refuse_other_step(replacement: Replacement, df: float) -> None:
@@ -208,7 +261,7 @@ def _refuse_other_step(replacement: Replacement, df: float) -> None:
     if not np.all(np.abs(steps - df) <= SAME_STEP * df):
         raise CommandError(
             f"--df = {df:g}: the lines are those of {replacement.path}, {steps.min():.6g} to "
-            f"{steps.max():.6g} Hz apart; leave --df out with --replace"
+            f"{steps.max():.6g} Hz apart; leave --df out with --replace, or give --resample"
         )
 
 
