@@ -153,7 +153,9 @@ def _damped(rng: np.random.Generator, part: Lumped, kind: str) -> SecondOrderSys
     if kind in ("rayleigh", "both"):
         alpha, beta = _log(rng, 0.1, 100.0), _log(rng, 1e-7, 1e-5)
     if kind == "viscous":
-        springs = tuple(replace(s, damping=s.stiffness * _log(rng, 1e-8, 5e-6)) for s in part.springs)
+        springs = tuple(
+            replace(s, damping=s.stiffness * _log(rng, 1e-8, 5e-6)) for s in part.springs
+        )
         part = Lumped(part.inertias, springs, part.ties)
     system = assemble(part, Damping(stiffness_proportional=beta, mass_proportional=alpha))
     return replace(system, loss_factor=loss)
