@@ -45,33 +45,27 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._kernels import batched as _batched
+from ._assembly import Layout, assemble
 from ._kernels.blas_threads import one_blas_thread
-from ._kernels.blocks import stretches
 from ._kernels.checks import (
     ComplexArray,
     FloatArray,
     ascending_frequency,
+    positions,
     read_only,
     unique_labels,
 )
-from ._kernels.joint_scaling import joint_scaling
-from .coupling import Joint, Node, refuse_ambiguous, rigid_groups
-from .errors import QuantityMismatchError, UnknownDofError, singular_kernel, unknown_dof
-from .frf import Frf, Quantity, require_same_frequency, require_same_layout
-from .modal_synthesis import modal_frf
-from .modal_truncation import TruncatedModes, truncate
-from .second_order_system import SecondOrderSystem
-from .truncation_bound import GivenPart, Missing, PartLines, RayleighPart, no_guarantee
-from .undamped_modes import EPS, RealModes, Selection
-from .viscous_bound import ViscousPart
+from .bounded_assembly import Assembly, Coupled, Part, TruncatedPart, product
+from .coupling import Joint
+from .frf import Frf, Quantity, computed_frf, require_same_layout
+from .undamped_modes import EPS
 
-BLOCK = 2048
-"""Lines at once: what belongs to a few ports and joints stays in the cache."""
+__all__ = ["BoundedFrf", "Part", "Reason", "TruncatedPart", "bounded_frf", "decibels"]
 
 
 class Reason(IntEnum):
@@ -87,84 +81,95 @@ class Reason(IntEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class TruncatedPart:
-    """A part of which some modes are left out.
-
-    Parameters
-    ----------
-    system : SecondOrderSystem
-    modes : TruncatedModes
-    """
-
-    system: SecondOrderSystem
-    modes: TruncatedModes
-
-    @classmethod
-    def of(
-        cls,
-        system: SecondOrderSystem,
-        keep: Selection = slice(None),
-        residual_order: int | None = None,
-        modes: RealModes | None = None,
-    ) -> TruncatedPart:
-        """Leave modes out as `truncate` does; by default none.
-
-        Raises
-        ------
-        As `truncate`.
-        """
-        return cls(system, truncate(system, keep, residual_order, modes))
-
-
-Part = TruncatedPart | SecondOrderSystem | Frf
-
-
-@dataclass(frozen=True, eq=False)
 class BoundedFrf:
-    """What `bounded_frf` returns: the exact FRF lies within `radius` + `round_off` of `centre`.
+    """What `bounded_frf` returns; the exact FRF is within `bound` of `frf`, line by line.
 
     Parameters
     ----------
     frf : Frf
-        Of the truncated parts.
-    centre : Frf
-    radius, round_off : array, shape (nf, n_response, n_excitation), m/N
-        Infinite where there is no bound.
+        Of the truncated parts, coupled.
     reason : array of Reason, shape (nf,)
-    kernel : array, shape (nf,)
-        k, which must be below 1.
+        Why there is no bound at a line.
+    kernel, digits : array, shape (nf,)
+        k and q, which must be below 1.
     """
 
     frf: Frf
-    centre: Frf
-    radius: FloatArray
-    round_off: FloatArray
     reason: NDArray[np.int8]
     kernel: FloatArray
+    digits: FloatArray
+    _assembly: Assembly
+    _truncated: Coupled
+    _better: Coupled
+    _norms: tuple[FloatArray, FloatArray]
+    _sizes: tuple[FloatArray, FloatArray]
 
-    @property
-    def truncation(self) -> FloatArray:
-        """How far `frf` is from the whole parts' at most, but for round-off; m/N."""
-        return np.asarray(np.abs(self.frf.values - self.centre.values) + self.radius)
+    def change(self, response: str, excitation: str) -> ComplexArray:
+        """Return Y'_c - Y~_c, what is known of the error; shape (nf,), m/N."""
+        return self._change(*self._at(response, excitation))
 
-    @property
+    def truncation(self, response: str, excitation: str) -> FloatArray:
+        """Bound the error of an FRF of `frf`, but for round-off; shape (nf,), m/N."""
+        return self._truncation(*self._at(response, excitation))
+
+    def round_off(self, response: str, excitation: str) -> FloatArray:
+        """Bound what round-off makes of it; shape (nf,), m/N."""
+        return self._round_off(*self._at(response, excitation))
+
+    def between(self, response: str, excitation: str) -> FloatArray:
+        """Bound the whole error of an FRF of `frf`; infinite where there is no bound."""
+        i, j = self._at(response, excitation)
+        return np.asarray(self._truncation(i, j) + self._round_off(i, j))
+
+    @cached_property
     def bound(self) -> FloatArray:
-        """Of |frf - exact|, round-off included; shape (nf, n_response, n_excitation), m/N."""
-        return self.truncation + self.round_off
+        """The bounds of all FRFs, shape (nf, n_response, n_excitation), m/N."""
+        n_rows, n_columns = len(self.frf.responses), len(self.frf.excitations)
+        bounds = np.empty((n_rows, n_columns, self.kernel.size))
+        for i in range(n_rows):
+            for j in range(n_columns):
+                bounds[i, j] = self._truncation(i, j) + self._round_off(i, j)
+        return read_only(bounds.transpose(2, 0, 1))
 
     def of(self, frf: Frf) -> FloatArray:
         """Bound the error of any other FRF of the same lines and labels, as `couple_chain`'s."""
-        require_same_layout(self.centre, frf)
-        return np.asarray(np.abs(frf.values - self.centre.values) + self.radius + self.round_off)
+        require_same_layout(self.frf, frf)
+        return np.asarray(self.bound + np.abs(frf.values - self.frf.values))
 
-    def decibels(self) -> FloatArray:
-        """Return the largest |20 log10 |exact / frf|| that the bound b allows.
+    def decibels(self, response: str, excitation: str) -> FloatArray:
+        """Return the largest |20 log10 |exact / frf|| that the bound b allows, shape (nf,).
 
         |exact| is |frf| - b at least and |frf| + b at most, and the lower side is further away in
         decibels: -20 log10(1 - b / |frf|), infinite where b >= |frf|, an antiresonance deeper
         than the bound.
         """
-        return decibels(self.bound, np.abs(self.frf.values))
+        modulus = np.abs(self.frf.between(response, excitation))
+        return decibels(self.between(response, excitation), modulus)
+
+    def _at(self, response: str, excitation: str) -> tuple[int, int]:
+        i = positions([response], self.frf.responses, "the FRF's responses")[0]
+        return i, positions([excitation], self.frf.excitations, "the FRF's excitations")[0]
+
+    def _change(self, i: int, j: int) -> ComplexArray:
+        change = self._truncated.passed(i, j) - self._better.passed(i, j)
+        place = self._assembly.place(i, j)
+        if place is not None:
+            name, row, column = place
+            missing = self._assembly.parts[name].missing
+            if missing is not None:
+                change += missing.known([row], [column])[0, 0]
+        return change
+
+    def _truncation(self, i: int, j: int) -> FloatArray:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            radius = self._norms[0][i] * self._norms[1][j] / (1 - self.kernel)
+        radius = np.where(self.reason > 0, np.inf, radius)
+        return np.asarray(np.abs(self._change(i, j)) + radius)
+
+    def _round_off(self, i: int, j: int) -> FloatArray:
+        left = np.where(self.digits < 1, 1 - self.digits, np.nan)
+        share = 2 * self._sizes[0][i] * self._sizes[1][j] / left
+        return np.where(np.isnan(share), np.inf, share)
 
 
 def decibels(bound: FloatArray, modulus: FloatArray) -> FloatArray:
@@ -182,7 +187,7 @@ def bounded_frf(
     responses: Iterable[str],
     excitations: Iterable[str],
 ) -> BoundedFrf:
-    """Couple parts of which modes are left out, and enclose the FRFs of the whole parts.
+    """Couple parts of which modes are left out, and bound how far the whole parts' FRFs can be.
 
     Parameters
     ----------
@@ -197,345 +202,110 @@ def bounded_frf(
     Returns
     -------
     BoundedFrf
+        Bounds are made for the FRFs asked of it.
 
     Raises
     ------
     SingularLineError
         A line on an undamped pole of a truncated part, or of the assembly of them.
-    UnknownDofError, AxisMismatchError, FbsError
+    UnknownDofError, AmbiguousDofError, JointError, AxisMismatchError, QuantityMismatchError
     """
     axis = ascending_frequency(frequency)
     rows = unique_labels(responses, "the responses")
     columns = unique_labels(excitations, "the excitations")
-    assembly = _Assembly.of(parts, joints, axis, rows, columns)
-    shape = (len(rows), len(columns), axis.size)
-    result = _Result(
-        np.zeros(shape, complex), np.zeros(shape, complex), np.zeros(shape), np.zeros(shape),
-        np.zeros(axis.size, np.int8), np.zeros(axis.size),
-    )  # fmt: skip
     with one_blas_thread():
-        for lines in stretches(axis.size, BLOCK):
-            assembly.write(lines, result)
-    frf, centre = (
-        Frf(axis, values.transpose(2, 0, 1), rows, columns)
-        for values in (result.frf, result.centre)
-    )
-    radius, round_off = (
-        read_only(values.transpose(2, 0, 1)) for values in (result.radius, result.round_off)
-    )
+        assembly = Assembly.of(parts, joints, axis, rows, columns)
+        truncated, better = (Coupled.of(assembly, better) for better in (False, True))
+        kernel = _kernel_norm(assembly, better)
+        sizes, digits = _round_off(assembly, better)
+        reason = np.zeros(axis.size, np.int8)
+        reason[~(kernel < 1)] = Reason.JOINTS
+        reason[~(digits < 1)] = Reason.ROUND_OFF
+        for part in assembly.parts.values():
+            if part.missing is not None:
+                reason[~np.isfinite(part.missing.radius)] = Reason.PART
+        norms = _norms(assembly, better)
+        frf = _coupled_frf(assembly, truncated)
     return BoundedFrf(
-        frf, centre, radius, round_off, read_only(result.reason), read_only(result.kernel)
+        frf, read_only(reason), read_only(kernel), read_only(digits),
+        assembly, truncated, better, norms, sizes,
+    )  # fmt: skip
+
+
+def _coupled_frf(assembly: Assembly, coupled: Coupled) -> Frf:
+    """Assemble Y_c as `couple` does."""
+    frfs = {name: part.frf for name, part in assembly.parts.items()}
+    layout = Layout.of(frfs, *assembly.labels)
+    ends = {name: ports.all_ends for name, ports in assembly.ports.items()}
+    values = {name: frf.values.transpose(1, 2, 0) for name, frf in frfs.items()}
+    found, finite = assemble(layout, values, ends, coupled.inverse)
+    return computed_frf(
+        assembly.axis, found.transpose(2, 0, 1), *assembly.labels, Quantity.RECEPTANCE, finite
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Result:
-    """What is written line by line; (n_response, n_excitation, nf), and (nf,)."""
-
-    frf: ComplexArray
-    centre: ComplexArray
-    radius: FloatArray
-    round_off: FloatArray
-    reason: NDArray[np.int8]
-    kernel: FloatArray
+def _norms(assembly: Assembly, coupled: Coupled) -> tuple[FloatArray, FloatArray]:
+    """Return ||u_i|| of the responses and ||u_j|| of the excitations, shape (n, nf)."""
+    of_excitations = _side_norms(assembly, coupled.forces, False)
+    if coupled.symmetric:
+        return of_excitations, of_excitations
+    return _side_norms(assembly, coupled.reactions, True), of_excitations
 
 
-@dataclass(frozen=True, eq=False)
-class _Ports:
-    """Where a part's ports stand.
-
-    Parameters
-    ----------
-    rows, columns : tuple of str
-        Labels of its receptances.
-    ends : tuple of (joint, row, column, entry of B)
-    responses, excitations : tuple of (place in the result, row or column)
-    """
-
-    rows: tuple[str, ...]
-    columns: tuple[str, ...]
-    ends: tuple[tuple[int, int, int, float], ...]
-    responses: tuple[tuple[int, int], ...]
-    excitations: tuple[tuple[int, int], ...]
-
-    @classmethod
-    def of(
-        cls,
-        name: str,
-        part: Part,
-        joints: Sequence[Joint],
-        owners: tuple[Sequence[Node], Sequence[Node]],
-    ) -> _Ports:
-        sides = [
-            (k, label, sign)
-            for k, joint in enumerate(joints)
-            for (owner, label), sign in ((joint.first, 1.0), (joint.second, -joint.ratio))
-            if owner == name
-        ]
-        own = [
-            [(place, label) for place, (owner, label) in enumerate(nodes) if owner == name]
-            for nodes in owners
-        ]
-        interface = [label for _, label, _ in sides]
-        rows, columns = (
-            tuple(dict.fromkeys([*interface, *(label for _, label in asked)])) for asked in own
-        )
-        if not isinstance(part, Frf):  # what it lacks lies between the same ports
-            rows = columns = tuple(dict.fromkeys([*rows, *columns]))
-        return cls(
-            rows,
-            columns,
-            tuple((k, rows.index(label), columns.index(label), sign) for k, label, sign in sides),
-            tuple((place, rows.index(label)) for place, label in own[0]),
-            tuple((place, columns.index(label)) for place, label in own[1]),
-        )
+def _side_norms(assembly: Assembly, forces: ComplexArray, responses: bool) -> FloatArray:
+    total = np.zeros(forces.shape[1:])
+    for name, part in assembly.parts.items():
+        if part.missing is None:
+            continue
+        ports = assembly.ports[name]
+        at = dict(ports.responses if responses else ports.excitations)
+        own = [at.get(place) for place in range(forces.shape[1])]
+        squares = part.missing.squares(ports.row_ends, own, forces[list(ports.joints)])
+        total += part.missing.finite_radius * squares
+    return np.asarray(np.sqrt(total))
 
 
-@dataclass(frozen=True, eq=False)
-class _Assembly:
-    """Parts, their ports and the joints, ready to be coupled on any lines."""
-
-    axis: FloatArray
-    joints: tuple[Joint, ...]
-    parts: Mapping[str, GivenPart | RayleighPart | ViscousPart]
-    ports: Mapping[str, _Ports]
-    shape: tuple[int, int]
-    reciprocal: bool
-
-    @classmethod
-    def of(
-        cls,
-        parts: Mapping[str, Part],
-        joints: Sequence[Joint],
-        axis: FloatArray,
-        rows: Sequence[str],
-        columns: Sequence[str],
-    ) -> _Assembly:
-        labels = {name: _labels(part) for name, part in parts.items()}
-        _require_ends(joints, labels)
-        every = {name: dict.fromkeys(one + other) for name, (one, other) in labels.items()}
-        refuse_ambiguous(every, rigid_groups(joints))
-        owners = (
-            [_owner(label, {name: own[0] for name, own in labels.items()}) for label in rows],
-            [_owner(label, {name: own[1] for name, own in labels.items()}) for label in columns],
-        )
-        ports = {name: _Ports.of(name, part, joints, owners) for name, part in parts.items()}
-        used = {name: own for name, own in ports.items() if own.rows and own.columns}
-        prepared = {name: _prepared(name, parts[name], axis, own) for name, own in used.items()}
-        given = any(isinstance(parts[name], Frf) for name in used)
-        return cls(
-            axis, tuple(joints), prepared, used, (len(rows), len(columns)),
-            tuple(rows) == tuple(columns) and not given,
-        )  # fmt: skip
-
-    def write(self, lines: slice, result: _Result) -> None:
-        """Couple on some lines, and enclose."""
-        found = {name: part.on(lines) for name, part in self.parts.items()}
-        known = {name: part.receptance for name, part in found.items()}
-        missing = {n: part.missing for n, part in found.items() if part.missing is not None}
-        better = {
-            name: values + missing[name].known if name in missing else values
-            for name, values in known.items()
-        }
-        omega = 2 * np.pi * self.axis[lines]
-        result.frf[:, :, lines] = _Coupled.of(self, known, omega, lines).values()
-        coupled = _Coupled.of(self, better, omega, lines)
-        result.centre[:, :, lines] = coupled.values()
-        responding, excited = coupled.responding(), coupled.excited()
-        kernel, sizes = coupled.kernel_norm(missing), coupled.sizes(missing, excited)
-        left = sizes if self.reciprocal else coupled.sizes(missing, responding, responses=True)
-        spread, digits = coupled.round_off(found, responding, excited)
-        lost = np.zeros(omega.size, dtype=bool)
-        for own in missing.values():
-            lost |= ~np.isfinite(own.radius)
-        reason = np.select(
-            [lost, ~(digits < 1), ~(kernel < 1)], [Reason.PART, Reason.ROUND_OFF, Reason.JOINTS], 0
-        )
-        result.reason[lines] = reason
-        result.kernel[lines] = kernel
-        with np.errstate(divide="ignore", invalid="ignore"):
-            radius = left[:, None] * sizes / (1 - kernel)
-            round_off = 2 * spread / (1 - digits)
-        result.radius[:, :, lines] = np.where(reason, np.inf, radius)
-        result.round_off[:, :, lines] = np.where(digits < 1, round_off, np.inf)
+def _kernel_norm(assembly: Assembly, coupled: Coupled) -> FloatArray:
+    """Return k, shape (nf,)."""
+    weights = np.zeros_like(coupled.inverse)
+    for name, part in assembly.parts.items():
+        joints = assembly.ports[name].joints
+        if part.missing is not None and joints:
+            gram = part.missing.gram(assembly.ports[name].row_ends)
+            for at, k in enumerate(joints):
+                for there, other in enumerate(joints):
+                    weights[k, other] += part.missing.finite_radius * gram[at, there]
+    inner = product(product(weights, coupled.inverse), weights.conj())
+    square = (coupled.inverse.conj() * inner).real.sum(axis=(0, 1))
+    return np.asarray(np.sqrt(square.clip(min=0.0)))
 
 
-@dataclass(frozen=True, eq=False)
-class _Coupled:
-    """Parts' receptances (n_row, n_column, nf) coupled on some lines, in the module's notation.
-
-    `inverse` is G, `scale` the joints' scaling; `excited_by` is B Y, `responds` Y B^T.
-    """
-
-    assembly: _Assembly
-    frfs: Mapping[str, ComplexArray]
-    inverse: ComplexArray
-    scale: FloatArray
-    excited_by: ComplexArray
-    responds: ComplexArray
-
-    @classmethod
-    def of(
-        cls,
-        assembly: _Assembly,
-        frfs: Mapping[str, ComplexArray],
-        omega: FloatArray,
-        lines: slice,
-    ) -> _Coupled:
-        m, (n_rows, n_columns) = len(assembly.joints), assembly.shape
-        kernel = np.zeros((m, m, omega.size), complex)
-        moduli = np.zeros((m, omega.size))
-        excited_by = np.zeros((m, n_columns, omega.size), complex)
-        responds = np.zeros((n_rows, m, omega.size), complex)
-        for name, values in frfs.items():
-            ports = assembly.ports[name]
-            for k, row, column, sign in ports.ends:
-                moduli[k] += sign**2 * np.abs(values[row, column])
-                for other, _, at, sign_there in ports.ends:
-                    kernel[k, other] += sign * sign_there * values[row, at]
-                for place, at in ports.excitations:
-                    excited_by[k, place] += sign * values[row, at]
-                for place, at in ports.responses:
-                    responds[place, k] += sign * values[at, column]
-        stiffness = {
-            k: joint.dynamic_stiffness(omega)
-            for k, joint in enumerate(assembly.joints)
-            if not joint.rigid
-        }
-        scale, own = joint_scaling(moduli, stiffness)
-        both = scale[:, None] * scale
-        kernel *= both
-        for k, flexibility in own.items():
-            kernel[k, k] += flexibility
-        inverse, singular = _batched.inverse(kernel.transpose(2, 0, 1))
-        if singular.any():
-            raise singular_kernel(assembly.axis[lines][singular], "coupling")
-        inverse = inverse.transpose(1, 2, 0) * both
-        return cls(assembly, frfs, inverse, scale, excited_by, responds)
-
-    def values(self) -> ComplexArray:
-        """Return Y_c between what is asked for."""
-        forces = self.excited()
-        values = -_product(self.responds, forces)
-        for name, frf in self.frfs.items():
-            ports = self.assembly.ports[name]
-            for place, row in ports.responses:
-                for other, column in ports.excitations:
-                    values[place, other] += frf[row, column]
-        return values
-
-    def excited(self) -> ComplexArray:
-        """Return the joint forces per unit excitation, shape (n_joint, n_excitation, nf)."""
-        return _product(self.inverse, self.excited_by)
-
-    def responding(self) -> ComplexArray:
-        """Return what they would be per unit force at the responses, reciprocally."""
-        return _product(self.responds, self.inverse).transpose(1, 0, 2)
-
-    def sizes(
-        self, missing: Mapping[str, Missing], forces: ComplexArray, responses: bool = False
-    ) -> FloatArray:
-        """Return ||u_j||, shape (n, nf), of the excitations (or responses)."""
-        total = np.zeros(forces.shape[1:])
-        for name, own in missing.items():
-            ports = self.assembly.ports[name]
-            on_part = np.zeros((len(ports.rows), *forces.shape[1:]), complex)
-            for place, at in ports.responses if responses else ports.excitations:
-                on_part[at, place] += 1
-            for k, row, _, sign in ports.ends:
-                on_part[row] -= sign * forces[k]
-            square = (np.abs(own.acting(on_part)) ** 2).sum(axis=0)
-            total += np.where(np.isfinite(own.radius), own.radius, 0.0) * square
-        return np.asarray(np.sqrt(total))
-
-    def kernel_norm(self, missing: Mapping[str, Missing]) -> FloatArray:
-        """Return k, shape (nf,)."""
-        weights = np.zeros_like(self.inverse)
-        for name, own in missing.items():
-            radius = np.where(np.isfinite(own.radius), own.radius, 0.0)
-            gram = own.gram()
-            for k, row, _, sign in self.assembly.ports[name].ends:
-                for other, at, _, sign_there in self.assembly.ports[name].ends:
-                    weights[k, other] += sign * sign_there * radius * gram[row, at]
-        inner = _product(_product(weights, self.inverse), weights.conj())
-        square = (self.inverse.conj() * inner).real.sum(axis=(0, 1))
-        return np.asarray(np.sqrt(square.clip(min=0.0)))
-
-    def round_off(
-        self, found: Mapping[str, PartLines], responding: ComplexArray, excited: ComplexArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return r_i r_j, shape (n_response, n_excitation, nf), and q, shape (nf,)."""
-        m = len(self.assembly.joints)
-        at_joints = np.divide(
-            np.sqrt(m * EPS), self.scale, out=np.zeros_like(self.scale), where=self.scale > 0
-        )
-        left = np.zeros(responding.shape[1:])
-        right = np.zeros(excited.shape[1:])
-        for name, part in found.items():
-            ports, (of_rows, of_columns) = self.assembly.ports[name], part.sizes
-            for k, row, column, sign in ports.ends:
-                at_joints[k] += abs(sign) * np.maximum(of_rows[row], of_columns[column])
-            for place, at in ports.responses:
-                left[place] += of_rows[at]
-            for place, at in ports.excitations:
-                right[place] += of_columns[at]
-        left += (np.abs(responding) * at_joints[:, None]).sum(axis=0)
-        right += (np.abs(excited) * at_joints[:, None]).sum(axis=0)
-        digits = (np.abs(self.inverse) * at_joints[:, None] * at_joints).sum(axis=(0, 1))
-        return left[:, None] * right, digits
+def _round_off(
+    assembly: Assembly, coupled: Coupled
+) -> tuple[tuple[FloatArray, FloatArray], FloatArray]:
+    """Return r_i of the responses and r_j of the excitations, shape (n, nf), and q."""
+    scale = coupled.scale
+    root = np.sqrt(len(scale) * EPS)
+    at_joints = np.divide(root, scale, out=np.zeros_like(scale), where=scale > 0)
+    left, right = (np.zeros(f.shape[1:]) for f in (coupled.reactions, coupled.forces))
+    for name, part in assembly.parts.items():
+        ports, (of_rows, of_columns) = assembly.ports[name], part.sizes
+        (rows, signs), (columns, _) = ports.row_ends, ports.column_ends
+        for k, row, column, sign in zip(ports.joints, rows, columns, signs, strict=True):
+            at_joints[k] += abs(sign) * np.maximum(of_rows[row], of_columns[column])
+        for place, at in ports.responses:
+            left[place] += of_rows[at]
+        for place, at in ports.excitations:
+            right[place] += of_columns[at]
+    right += _weighted(coupled.forces, at_joints)
+    if coupled.symmetric:
+        left = right
+    else:
+        left += _weighted(coupled.reactions, at_joints)
+    digits = (np.abs(coupled.inverse) * at_joints[:, None] * at_joints).sum(axis=(0, 1))
+    return (left, right), digits
 
 
-def _product(left: ComplexArray, right: ComplexArray) -> ComplexArray:
-    """Multiply matrices whose last axis is frequency."""
-    total = np.zeros((left.shape[0], *right.shape[1:]), complex)
-    for k in range(len(right)):
-        total += left[:, k, None] * right[k]
-    return total
-
-
-def _labels(part: Part) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return responses and excitations."""
-    if isinstance(part, Frf):
-        return part.responses, part.excitations
-    system = part.system if isinstance(part, TruncatedPart) else part
-    return system.labels, system.labels
-
-
-def _require_ends(
-    joints: Sequence[Joint], labels: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]]
-) -> None:
-    for joint in joints:
-        for name, label in (joint.first, joint.second):
-            if name not in labels:
-                known = ", ".join(labels)
-                raise UnknownDofError(f"{joint}: there is no part {name!r}, only {known}")
-            for own in labels[name]:
-                if label not in own:
-                    raise unknown_dof(label, own, f"{joint}: part {name!r}")
-
-
-def _owner(label: str, labels: Mapping[str, Sequence[str]]) -> Node:
-    for name, own in labels.items():
-        if label in own:
-            return name, label
-    raise unknown_dof(label, [label for own in labels.values() for label in own], "the assembly")
-
-
-def _prepared(
-    name: str, part: Part, axis: FloatArray, ports: _Ports
-) -> GivenPart | RayleighPart | ViscousPart:
-    """Do what all lines share: the modes, and what is left of those left out."""
-    if isinstance(part, Frf):
-        if part.quantity is not Quantity.RECEPTANCE:
-            raise QuantityMismatchError(
-                f"part {name!r} is {part.quantity}; receptances are coupled, convert with to"
-            )
-        require_same_frequency(axis, part.frequency, f"the axis of part {name!r} differs")
-        return GivenPart(part.select(ports.rows, ports.columns))
-    truncated = TruncatedPart.of(part) if isinstance(part, SecondOrderSystem) else part
-    system, modes = truncated.system, truncated.modes
-    if no_guarantee(system, modes) is not None:
-        frf = modal_frf(system, axis, ports.rows, ports.columns, modes=modes)
-        return GivenPart(frf, complete=False)
-    found = RayleighPart.of(system, modes, axis, ports.rows)
-    return ViscousPart.of(system, modes, axis, ports.rows) if found is None else found
+def _weighted(forces: ComplexArray, sizes: FloatArray) -> FloatArray:
+    """Return sum_k |lambda_kj| g_k."""
+    return np.asarray((np.abs(forces) * sizes[:, None]).sum(axis=0))

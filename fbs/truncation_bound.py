@@ -58,8 +58,9 @@ Round-off
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,7 +71,7 @@ from .frf import Frf
 from .modal_synthesis import modal_frf
 from .modal_truncation import TruncatedModes
 from .second_order_system import SecondOrderSystem
-from .undamped_modes import EPS, RealModes
+from .undamped_modes import EPS
 
 SURE = 1 + 1e-9
 """By this much the first left-out frequency is taken lower: eps times any condition that leaves
@@ -86,187 +87,181 @@ DEGREE = 4
 of 1.4 above the line, 0.5^5 a factor of 1.06."""
 
 
+Known = Callable[[Sequence[int], Sequence[int]], ComplexArray]
+"""The known part between some ports and others, shape (n_row, n_column, nf)."""
+
+
 @dataclass(frozen=True, eq=False)
 class Missing:
     """What a part lacks between its ports: known + a_i^T V a_j, || V || <= rho.
 
     Parameters
     ----------
-    known : complex array, shape (n_port, n_port, nf)
+    known : Known
     radius : array, shape (nf,)
-        rho; infinite where there is no bound, and `known` is 0 there.
+        rho; infinite where there is no bound, and what is known is 0 there.
     vectors : array, shape (m, n_port) or (m, n_port, nf)
         The columns a_i; real where they are the same on every line.
     """
 
-    known: ComplexArray
+    known: Known
     radius: FloatArray
     vectors: NDArray[np.inexact]
 
-    def gram(self) -> NDArray[np.inexact]:
-        """Return a_i^H a_j, shape (n_port, n_port, nf), or 1 in place of nf."""
-        if self.vectors.ndim == 2:
-            return np.asarray((self.vectors.T @ self.vectors)[:, :, None])
-        return np.asarray(np.einsum("mif,mjf->ijf", self.vectors.conj(), self.vectors))
+    @property
+    def finite_radius(self) -> FloatArray:
+        """rho, 0 where it is infinite."""
+        return np.where(np.isfinite(self.radius), self.radius, 0.0)
 
-    def acting(self, forces: ComplexArray) -> ComplexArray:
-        """Return a(f), shape (m, n, nf), of forces on the ports, shape (n_port, n, nf)."""
-        if self.vectors.ndim == 2:
-            return real_product(self.vectors, forces)
-        return np.asarray(np.einsum("mpf,pjf->mjf", self.vectors, forces))
+    def gram(self, ends: Ends) -> NDArray[np.inexact]:
+        """Return (a B^T)^H a B^T, shape (n_end, n_end, nf), or 1 in place of nf."""
+        at_joints = self._at_joints(ends)
+        if at_joints.ndim == 2:
+            return np.asarray((at_joints.T @ at_joints)[:, :, None])
+        return np.asarray(np.einsum("mif,mjf->ijf", at_joints.conj(), at_joints))
+
+    def squares(self, ends: Ends, own: Sequence[int | None], forces: ComplexArray) -> FloatArray:
+        """Return ||a(p_j)||^2, shape (n, nf), p_j = e_j - B^T forces_j.
+
+        Where vectors are the same on every line, a B^T = Q R leaves of each only what lies in the
+        plane of Q to be found line by line.
+
+        Parameters
+        ----------
+        ends : Ends
+        own : sequence of int or None
+            The port that is force j, None for another part's.
+        forces : array, shape (n_end, n, nf)
+            At the part's ends of joints.
+        """
+        at_joints = self._at_joints(ends)
+        if at_joints.ndim == 3:
+            moved = -np.einsum("mkf,kjf->mjf", at_joints, forces)
+            for j, port in enumerate(own):
+                if port is not None:
+                    moved[:, j] += self.vectors[:, port]
+            return np.asarray((np.abs(moved) ** 2).sum(axis=0))
+        alone = np.array(
+            [np.zeros(len(self.vectors)) if k is None else self.vectors[:, k] for k in own]
+        ).T
+        plane, upper = np.linalg.qr(at_joints)
+        inside = plane.T @ alone
+        total = np.zeros(forces.shape[1:])
+        total += (np.abs(alone - plane @ inside) ** 2).sum(axis=0)[:, None]
+        for row, start in zip(upper, inside, strict=True):
+            moved = start[:, None] - sum(
+                r * force for r, force in zip(row, forces, strict=True) if r
+            )
+            total += moved.real**2 + moved.imag**2
+        return total
+
+    def _at_joints(self, ends: Ends) -> NDArray[np.inexact]:
+        """Return a B^T, one column an end."""
+        ports, signs = ends
+        chosen = self.vectors[:, list(ports)]
+        weights = np.array(signs)
+        return np.asarray(chosen * (weights if chosen.ndim == 2 else weights[:, None]))
+
+
+Ends = tuple[Sequence[int], Sequence[float]]
+"""Ports of a part's ends of joints, and the entries of B."""
 
 
 @dataclass(frozen=True, eq=False)
 class PartLines:
-    """A part between its ports on some lines.
+    """A part between its ports.
 
     Parameters
     ----------
-    receptance : complex array, shape (n_row, n_column, nf), m/N
+    frf : Frf
+        Receptances.
     sizes : array, shape (n_row, nf), and (n_column, nf)
         Round-off changes no receptance by more than sizes_i sizes_j.
     missing : Missing or None
-        None where the receptance is complete. Rows and columns are the same ports then.
+        None where the receptance is complete. Rows and columns are the same ports otherwise.
     """
 
-    receptance: ComplexArray
+    frf: Frf
     sizes: tuple[FloatArray, FloatArray]
     missing: Missing | None
 
+    @property
+    def receptance(self) -> ComplexArray:
+        """Values, shape (n_row, n_column, nf), m/N."""
+        return self.frf.values.transpose(1, 2, 0)
 
-@dataclass(frozen=True, eq=False)
-class GivenPart:
-    """A part whose FRFs are given.
+    def between(self, rows: Sequence[int], columns: Sequence[int], better: bool) -> ComplexArray:
+        """Return receptances between ports, with what is known of what they lack if `better`."""
+        found = self.receptance[np.ix_(rows, columns)]
+        if better and self.missing is not None and found.size:
+            found += self.missing.known(rows, columns)
+        return found
 
-    Parameters
-    ----------
-    frf : Frf
-        Between its ports.
-    complete : bool
-        Whether they are taken as they are; otherwise they lack what nothing bounds.
+
+def given_part(frf: Frf, complete: bool = True) -> PartLines:
+    """Take a part's FRFs as they are; |H_ij| <= sqrt(max_j |H_ij| max_i |H_ij|).
+
+    If they are not complete, they lack what nothing bounds.
     """
-
-    frf: Frf
-    complete: bool = True
-
-    def on(self, lines: slice) -> PartLines:
-        """Return the part on some lines; |H_ij| <= sqrt(max_j |H_ij| max_i |H_ij|)."""
-        values = np.ascontiguousarray(self.frf.values.transpose(1, 2, 0)[:, :, lines])
-        modulus = np.abs(values)
-        sizes = tuple(np.sqrt(EPS * modulus.max(axis=axis, initial=0.0)) for axis in (1, 0))
-        if self.complete:
-            return PartLines(values, (sizes[0], sizes[1]), None)
-        nf = values.shape[2]
-        unknown = Missing(np.zeros_like(values), np.full(nf, np.inf), np.zeros((0, len(values))))
-        return PartLines(values, (sizes[0], sizes[1]), unknown)
+    values = frf.values.transpose(1, 2, 0)
+    modulus = np.abs(values)
+    sizes = tuple(np.sqrt(EPS * modulus.max(axis=axis, initial=0.0)) for axis in (1, 0))
+    unknown = Missing(
+        lambda rows, columns: np.zeros((len(rows), len(columns), values.shape[2]), complex),
+        np.full(values.shape[2], np.inf),
+        np.zeros((0, len(values))),
+    )
+    return PartLines(frf, (sizes[0], sizes[1]), None if complete else unknown)
 
 
-@dataclass(frozen=True, eq=False)
-class RayleighPart:
-    """A truncated part with C = alpha M + beta K between its ports: what all lines share.
+def rayleigh_part(
+    system: SecondOrderSystem, modes: TruncatedModes, axis: FloatArray, ports: Sequence[str]
+) -> PartLines | None:
+    """Sum a truncated part's modes; None if C is no alpha M + beta K or a rigid mode is left out.
 
-    Parameters
-    ----------
-    frf : Frf
-        Of the truncated part.
-    rates : (eta, alpha, beta)
-    kept : RealModes
-    friction : array, shape (n_kept,)
-        phi^T C phi.
-    vectors : array, shape (n, n_port)
-        a, see `Missing`.
-    moments : array, shape (m + 1, n_port, n_port)
-        a^T T_k(y) a.
-    power : int
-        p + 1.
-    longest : float, s^2
-        t_c.
-    amplitudes : array, shape (2, n_port, n_kept)
-        |phi_ir| times ||D phi_r||, of the stiffness's part and the mass's.
-    left_amplitudes : array, shape (2, n_port)
-        The same of the left-out modes, each over w_r^2, added up.
-    round_off : float
-        eps_p.
+    Raises
+    ------
+    As `modal_frf`.
     """
+    coefficients, left_out = rayleigh_coefficients(system), modes.left_out
+    if coefficients is None or left_out is None:
+        return None
+    index, factor = system.locate(ports)
+    heard = moving(left_out.shapes, index)
+    left, squares = left_out.shapes[:, heard], left_out.squares[heard]
+    frf = modal_frf(system, axis, ports, ports, modes=modes)
+    omega, (alpha, beta) = frf.omega, coefficients
+    mu, v = 1 + 1j * (system.loss_factor + omega * beta), omega**2 - 1j * omega * alpha
+    order = len(modes.residuals)
+    power = (v / mu) ** order
+    longest = float(squares.max(initial=0.0)) * SURE
+    weighted = left[index] * factor[:, None] * squares ** (order / 2)
+    middle = enclosed(mu, v, longest)
+    missing = Missing(
+        partial(_series, _moments(weighted, squares, longest), middle.coefficients * power),
+        np.where(np.isfinite(middle.radius), middle.radius * np.abs(power), np.inf),
+        np.linalg.qr(weighted.T)[1],
+    )
+    kept = modes.kept
+    loads = np.abs(kept.shapes[index] * factor[:, None]) * _loads(system, kept.shapes)
+    of_left = (np.abs(left[index] * factor[:, None]) * _loads(system, left)).sum(axis=2)
+    square, friction = kept.angular_frequency**2, np.diag(modal_damping(kept, system.damping))
+    distance = np.hypot(
+        square[:, None] - omega**2, friction[:, None] * omega + system.loss_factor * square[:, None]
+    )
+    of_stiffness, of_mass = loads @ (1 / distance) + of_left[:, :, None] * middle.largest
+    total = np.sqrt(np.abs(mu)) * of_stiffness + np.sqrt(np.abs(v)) * of_mass
+    total *= np.sqrt(len(system.dofs) * (4 * EPS + _misfit(system, coefficients)))
+    return PartLines(frf, (total, total), missing)
 
-    frf: Frf
-    rates: tuple[float, float, float]
-    kept: RealModes
-    friction: FloatArray
-    vectors: FloatArray
-    moments: FloatArray
-    power: int
-    longest: float
-    amplitudes: FloatArray
-    left_amplitudes: FloatArray
-    round_off: float
 
-    @classmethod
-    def of(
-        cls,
-        system: SecondOrderSystem,
-        modes: TruncatedModes,
-        axis: FloatArray,
-        ports: Sequence[str],
-    ) -> RayleighPart | None:
-        """Prepare a part; None where its damping is another, or a rigid-body mode is left out.
-
-        Raises
-        ------
-        As `modal_frf`.
-        """
-        coefficients, kept, left_out = rayleigh_coefficients(system), modes.kept, modes.left_out
-        if coefficients is None or left_out is None:
-            return None
-        index, factor = system.locate(ports)
-        heard = moving(left_out.shapes, index)
-        left, squares = left_out.shapes[:, heard], left_out.squares[heard]
-        power = len(modes.residuals)
-        weighted = left[index] * factor[:, None] * squares ** (power / 2)
-        longest = float(squares.max(initial=0.0)) * SURE
-        at_ports = np.abs(factor)[:, None]
-        amplitudes = np.abs(kept.shapes[index]) * at_ports * _loads(system, kept.shapes)
-        left_amplitudes = np.abs(left[index]) * at_ports * _loads(system, left)
-        return cls(
-            modal_frf(system, axis, ports, ports, modes=modes),
-            (system.loss_factor, *coefficients),
-            kept,
-            np.diag(modal_damping(kept, system.damping)),
-            np.linalg.qr(weighted.T, mode="r"),
-            _moments(weighted, squares, longest),
-            power,
-            longest,
-            amplitudes,
-            left_amplitudes.sum(axis=2),
-            len(system.dofs) * (4 * EPS + _misfit(system, coefficients)),
-        )
-
-    def on(self, lines: slice) -> PartLines:
-        """Return the part on some lines."""
-        omega = self.frf.omega[lines]
-        eta, alpha, beta = self.rates
-        mu, v = 1 + 1j * (eta + omega * beta), omega**2 - 1j * omega * alpha
-        power = (v / mu) ** self.power
-        middle = enclosed(mu, v, self.longest)
-        known = np.tensordot(self.moments, middle.coefficients * power, (0, 0))
-        values = np.ascontiguousarray(self.frf.values.transpose(1, 2, 0)[:, :, lines])
-        radius = np.where(np.isfinite(middle.radius), middle.radius * np.abs(power), np.inf)
-        missing = Missing(known, radius, self.vectors)
-        sizes = self._sizes(omega, mu, v, middle.largest)
-        return PartLines(values, (sizes, sizes), missing)
-
-    def _sizes(
-        self, omega: FloatArray, mu: ComplexArray, v: ComplexArray, largest: FloatArray
-    ) -> FloatArray:
-        square = self.kept.angular_frequency[:, None] ** 2
-        real, imaginary = square - omega**2, self.friction[:, None] * omega
-        imaginary = imaginary + self.rates[0] * square
-        inverse = 1 / np.hypot(real, imaginary)
-        of_stiffness, of_mass = (
-            self.amplitudes @ inverse + self.left_amplitudes[:, :, None] * largest
-        )
-        total = np.sqrt(np.abs(mu)) * of_stiffness + np.sqrt(np.abs(v)) * of_mass
-        return np.asarray(np.sqrt(self.round_off) * total)
+def _series(
+    moments: FloatArray, coefficients: ComplexArray, rows: Sequence[int], columns: Sequence[int]
+) -> ComplexArray:
+    """Return sum_k moments_k coefficients_k between some ports."""
+    chosen = moments[:, list(rows)][:, :, list(columns)]
+    flat = chosen.reshape(len(chosen), chosen[0].size).T @ coefficients.view(float)
+    return np.asarray(flat.view(complex)).reshape(*chosen.shape[1:], coefficients.shape[1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -282,7 +277,9 @@ class Enclosure:
     largest: FloatArray
 
 
-def enclosed(mu: ComplexArray, v: ComplexArray, longest: float) -> Enclosure:
+def enclosed(
+    mu: NDArray[np.complexfloating], v: NDArray[np.complexfloating], longest: float
+) -> Enclosure:
     """Enclose g(t) = 1 / (mu - v t), 0 <= t <= `longest`; see the module."""
     end, size, half = mu - v * longest, np.abs(v), v * longest / 2
     foot = 1j * (mu * v.conj()).imag * v / np.where(size > 0, size, 1.0) ** 2
@@ -336,7 +333,7 @@ def real_product(matrix: FloatArray, vectors: ComplexArray) -> ComplexArray:
     """Multiply vectors, shape (n, n_vector, nf), by a real matrix."""
     shape = vectors.shape[1:]
     flat = np.ascontiguousarray(vectors).reshape(len(vectors), shape[0] * shape[1]).view(float)
-    return (matrix @ flat).view(complex).reshape(len(matrix), *shape)
+    return np.asarray((matrix @ flat).view(complex)).reshape(len(matrix), *shape)
 
 
 def moving(shapes: FloatArray, index: Sequence[int]) -> NDArray[np.bool_]:

@@ -36,7 +36,6 @@ Residuals are not added: with C = alpha M + beta K alone they are a series in w.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -45,139 +44,80 @@ from numpy.typing import NDArray
 from ._kernels import batched as _batched
 from ._kernels.checks import ComplexArray, FloatArray
 from .errors import undamped_pole
+from .frf import Frf
 from .modal_truncation import TruncatedModes
 from .second_order_system import SecondOrderSystem
 from .truncation_bound import SURE, Missing, PartLines, real_product
 from .undamped_modes import EPS, RealModes
 
 
-@dataclass(frozen=True, eq=False)
-class ViscousPart:
-    """A truncated part with general viscous damping between its ports: what all lines share.
+def viscous_part(
+    system: SecondOrderSystem, modes: TruncatedModes, axis: FloatArray, ports: Sequence[str]
+) -> PartLines | None:
+    """Solve a truncated part's modal equations; None if there are residuals or a rigid mode is out.
 
-    Parameters
-    ----------
-    axis : array, shape (nf,), Hz
-    loss_factor : float
-    kept : RealModes
-    friction : array, shape (n_kept, n_kept)
-        Phi_k^T C Phi_k.
-    shapes, left : array, shape (n_kept, n_port), (n_left, n_port)
-        Phi_k^T and F^T at the ports.
-    tie : array, shape (n_left, n_kept)
-        F^T C Phi_k.
-    inertia, inner : array, shape (n_left, n_left)
-        F^T M F and F^T C F.
-    longest, friction_left : float
-        t_c and tau, s^2 and s.
-    weights : array, shape (3, n_dof)
-        Diagonals of K, M and C.
-    left_loads : array, shape (3,)
-        || weights^(1/2) F ||.
-    round_off : float
-        eps_p.
+    Raises
+    ------
+    SingularLineError
+        A line on an undamped pole of the kept modes.
     """
+    kept, left_out = modes.kept, modes.left_out
+    if left_out is None or modes.residuals:
+        return None
+    index, factor = system.locate(ports)
+    left = left_out.shapes[:, : len(system.dofs) - kept.angular_frequency.size]
+    tie = left.T @ system.damping @ kept.shapes  # F^T C Phi_k
+    inner = left.T @ system.damping @ left
+    omega, mu = 2 * np.pi * axis, 1 + 1j * system.loss_factor
+    solve = _solver(system, kept, axis)
+    at_ports = (kept.shapes[index] * factor[:, None]).T
+    amplitudes = solve(at_ports[:, :, None])
+    receptance = real_product(at_ports.T, amplitudes)
+    vectors = (left[index] * factor[:, None]).T[:, :, None] - 1j * omega * real_product(
+        tie, amplitudes
+    )
+    tied = solve(real_product(tie.T, vectors))
+    small = omega**2 * real_product(left.T @ system.mass @ left, vectors)
+    small -= omega**2 * real_product(tie, tied) + 1j * omega * real_product(inner, vectors)
+    small /= mu  # b
+    longest = float(left_out.squares.max(initial=0.0)) * SURE
+    friction = float(np.linalg.eigvalsh(inner).max(initial=0.0)) * SURE
+    delta = 1 - omega**2 * longest - omega * friction / 2
+    settled = delta > 0
+    delta = np.where(settled, delta, 1.0)
+    radius = (omega**2 * longest + omega * friction) / (delta * abs(mu))
+    known = np.where(settled, (_gram(vectors, vectors + small) + _gram(small, small)) / mu, 0.0)
+    missing = Missing(
+        lambda rows, columns: known[np.ix_(rows, columns)],
+        np.where(settled, radius, np.inf),
+        small,
+    )
+    weights = np.array([np.diag(m) for m in (system.stiffness, system.mass, system.damping)])
+    motion = real_product(kept.shapes, amplitudes)
+    beyond = np.sqrt((weights @ left**2).sum(axis=1))  # || weights^(1/2) F ||
+    loads = np.sqrt(np.einsum("wd,dpf->wpf", weights, np.abs(motion) ** 2))
+    loads += beyond[:, None, None] * np.linalg.norm(vectors, axis=0) / delta
+    scale = np.sqrt(np.array([np.full(omega.size, abs(mu)), omega**2, omega]))
+    sizes = np.sqrt(4 * len(system.dofs) * EPS) * (loads * scale[:, None]).sum(axis=0)
+    frf = Frf(axis, receptance.transpose(2, 0, 1), tuple(ports), tuple(ports))
+    return PartLines(frf, (sizes, sizes), missing)
 
-    axis: FloatArray
-    loss_factor: float
-    kept: RealModes
-    friction: FloatArray
-    shapes: FloatArray
-    left: FloatArray
-    tie: FloatArray
-    inertia: FloatArray
-    inner: FloatArray
-    longest: float
-    friction_left: float
-    weights: FloatArray
-    left_loads: FloatArray
-    round_off: float
 
-    @classmethod
-    def of(
-        cls,
-        system: SecondOrderSystem,
-        modes: TruncatedModes,
-        axis: FloatArray,
-        ports: Sequence[str],
-    ) -> ViscousPart | None:
-        """Prepare a part; None where it has residuals, or a rigid-body mode is left out."""
-        kept, left_out = modes.kept, modes.left_out
-        if left_out is None or modes.residuals:
-            return None
-        n = len(system.dofs)
-        index, factor = system.locate(ports)
-        left = left_out.shapes[:, : n - kept.angular_frequency.size]
-        weights = np.array([np.diag(m) for m in (system.stiffness, system.mass, system.damping)])
-        inner = left.T @ system.damping @ left
-        return cls(
-            axis,
-            system.loss_factor,
-            kept,
-            kept.shapes.T @ system.damping @ kept.shapes,
-            (kept.shapes[index] * factor[:, None]).T,
-            (left[index] * factor[:, None]).T,
-            left.T @ system.damping @ kept.shapes,
-            left.T @ system.mass @ left,
-            inner,
-            float(left_out.squares.max(initial=0.0)) * SURE,
-            float(np.linalg.eigvalsh(inner).max(initial=0.0)) * SURE,
-            weights,
-            np.sqrt((weights @ left**2).sum(axis=1)),
-            4 * n * EPS,
-        )
-
-    def on(self, lines: slice) -> PartLines:
-        """Return the part on some lines.
-
-        Raises
-        ------
-        SingularLineError
-            A line on an undamped pole of the kept modes.
-        """
-        omega = 2 * np.pi * self.axis[lines]
-        solve = self._solver(omega, lines)
-        amplitudes = solve(self.shapes[:, :, None])
-        receptance = np.einsum("kp,kqf->pqf", self.shapes, amplitudes)
-        vectors = self.left[:, :, None] - 1j * omega * real_product(self.tie, amplitudes)
-        mu = 1 + 1j * self.loss_factor
-        tied = solve(real_product(self.tie.T, vectors))
-        small = omega**2 * (real_product(self.inertia, vectors) - real_product(self.tie, tied))
-        small -= 1j * omega * real_product(self.inner, vectors)
-        small /= mu  # b
-        known = _gram(vectors, vectors + small) + _gram(small, small)
-        reach = omega**2 * self.longest + omega * self.friction_left
-        delta = 1 - omega**2 * self.longest - omega * self.friction_left / 2
-        settled = delta > 0
-        delta = np.where(settled, delta, 1.0)
-        radius = np.where(settled, reach / (delta * abs(mu)), np.inf)
-        missing = Missing(np.where(settled, known / mu, 0.0), radius, small)
-        beyond = np.linalg.norm(vectors, axis=0) / delta
-        sizes = self._sizes(omega, abs(mu), amplitudes, beyond)
-        return PartLines(receptance, (sizes, sizes), missing)
-
-    def _solver(self, omega: FloatArray, lines: slice) -> Callable[[NDArray[Any]], ComplexArray]:
-        """Return what takes right sides (n_kept, n, nf or 1) to Z_kk^-1 of them."""
-        square = self.kept.angular_frequency**2 * (1 + 1j * self.loss_factor)
-        matrices = 1j * omega[:, None, None] * self.friction
-        diagonal = np.arange(square.size)
-        matrices[:, diagonal, diagonal] += square - omega[:, None] ** 2
-        inverse, singular = _batched.inverse(matrices)
-        if singular.any():
-            raise undamped_pole(self.axis[lines][singular])
-        return lambda right: np.ascontiguousarray(
-            (inverse @ right.transpose(2, 0, 1)).transpose(1, 2, 0)
-        )
-
-    def _sizes(
-        self, omega: FloatArray, mu: float, amplitudes: ComplexArray, beyond: FloatArray
-    ) -> FloatArray:
-        """Return eps_p^(1/2) ||D x||, x = x~ + F W a."""
-        motion = real_product(self.kept.shapes, amplitudes)
-        energies = np.einsum("wd,dpf->wpf", self.weights, np.abs(motion) ** 2)
-        loads = np.sqrt(energies) + self.left_loads[:, None, None] * beyond
-        scale = np.sqrt(np.array([np.full(omega.size, mu), omega**2, omega]))
-        return np.asarray(np.sqrt(self.round_off) * (loads * scale[:, None]).sum(axis=0))
+def _solver(
+    system: SecondOrderSystem, kept: RealModes, axis: FloatArray
+) -> Callable[[NDArray[Any]], ComplexArray]:
+    """Return what takes right sides (n_kept, n, nf or 1) to Z_kk^-1 of them."""
+    omega = 2 * np.pi * axis
+    square = kept.angular_frequency**2 * (1 + 1j * system.loss_factor)
+    matrices = 1j * omega[:, None, None] * (kept.shapes.T @ system.damping @ kept.shapes)
+    diagonal = np.arange(square.size)
+    matrices[:, diagonal, diagonal] += square - omega[:, None] ** 2
+    inverse, singular = _batched.inverse(matrices)
+    if singular.any():
+        raise undamped_pole(axis[singular])
+    return lambda right: np.ascontiguousarray(
+        (inverse @ right.transpose(2, 0, 1)).transpose(1, 2, 0)
+    )
 
 
 def _gram(left: ComplexArray, right: ComplexArray) -> ComplexArray:
