@@ -10,6 +10,7 @@ FRFs
     `sparse_frf` and `reduced_frf` for large systems; `read_uff`, `write_uff`.
 Modes
     `real_modes`, `complex_modes`, `poles`; `truncate` leaves some out and keeps their residuals.
+    `bounded_frf` couples `TruncatedPart`s and bounds the error; `smallest_basis` meets a tolerance.
 Substructures
     `couple` and `couple_chain` join FRFs at every `Joint`; `condense_free`, `condense_blocked`,
     `condense_dynamic_stiffness` and `block_dofs` leave DoFs out.
@@ -29,6 +30,7 @@ from .condensation import (
     condense_dynamic_stiffness,
     condense_free,
 )
+from .coupled_bound import BoundedFrf, Reason, TruncatedPart, bounded_frf
 from .coupling import CoupledFrf, Joint, couple
 from .damped_modes import ComplexModes, complex_modes
 from .errors import (
@@ -59,12 +61,14 @@ from .schur_form import schur_frf
 from .second_order_system import SecondOrderSystem, direct_frf
 from .signal.estimation import Estimate, averaged_frf, impulse_frf, periodic_frf
 from .signal.records import Record
+from .smallest_basis import SmallestBasis, Tolerance, smallest_basis
 from .synthesis import Method, MethodError, Synthesis, synthesize
 from .undamped_modes import RealModes, real_modes
 
 __all__ = [
     "AmbiguousDofError",
     "AxisMismatchError",
+    "BoundedFrf",
     "ComplexModes",
     "CoupledFrf",
     "DefectiveModesError",
@@ -87,21 +91,26 @@ __all__ = [
     "Quantity",
     "QuantityMismatchError",
     "RealModes",
+    "Reason",
     "Record",
     "ReducedFrf",
     "ReductionError",
     "SecondOrderSystem",
     "SingularBalanceError",
     "SingularLineError",
+    "SmallestBasis",
     "SparseSystem",
     "Stability",
     "Synthesis",
+    "Tolerance",
     "TruncatedModes",
+    "TruncatedPart",
     "UffError",
     "UnknownDofError",
     "__version__",
     "averaged_frf",
     "block_dofs",
+    "bounded_frf",
     "common_periods",
     "complex_modes",
     "condense_blocked",
@@ -122,6 +131,7 @@ __all__ = [
     "real_modes",
     "reduced_frf",
     "schur_frf",
+    "smallest_basis",
     "sparse_frf",
     "stability",
     "stability_by_period",

@@ -13,6 +13,7 @@ from ._kernels import batched as _batched
 from ._kernels.checks import ComplexArray, FloatArray
 from ._kernels.joint_scaling import joint_scaling
 from .coupling import Joint, Node, refuse_ambiguous, rigid_groups
+from .damped_modes import rayleigh_coefficients
 from .errors import QuantityMismatchError, UnknownDofError, singular_kernel, unknown_dof
 from .frf import Frf, Quantity, require_same_frequency
 from .modal_synthesis import modal_frf
@@ -51,6 +52,17 @@ class TruncatedPart:
         As `truncate`.
         """
         return cls(system, truncate(system, keep, residual_order, modes))
+
+    @property
+    def no_guarantee(self) -> str | None:
+        """Why nothing can be guaranteed, at any line; None if it can."""
+        if self.modes.left_out is None:
+            return "a rigid-body mode is left out: what it adds, -1/w^2, has no bound"
+        if rayleigh_coefficients(self.system) is not None:
+            return None
+        if self.modes.residuals:
+            return "residuals of left-out modes need viscous damping C = alpha M + beta K, or none"
+        return no_guarantee(self.system)
 
 
 Part = TruncatedPart | SecondOrderSystem | Frf
@@ -329,10 +341,10 @@ def _on_lines(name: str, part: Part, axis: FloatArray, ports: Ports) -> PartLine
         return given_part(part.select(ports.rows, ports.columns))
     truncated = TruncatedPart.of(part) if isinstance(part, SecondOrderSystem) else part
     system, modes = truncated.system, truncated.modes
-    if no_guarantee(system, modes) is None:
-        found = rayleigh_part(system, modes, axis, ports.rows)
-        found = viscous_part(system, modes, axis, ports.rows) if found is None else found
-        if found is not None:
-            return found
+    left_out, coefficients = modes.left_out, rayleigh_coefficients(system)
+    if left_out is not None and coefficients is not None:
+        return rayleigh_part(system, modes, left_out, coefficients, axis, ports.rows)
+    if truncated.no_guarantee is None and left_out is not None:
+        return viscous_part(system, modes.kept, left_out, axis, ports.rows)
     frf = modal_frf(system, axis, ports.rows, ports.columns, modes=modes)
     return given_part(frf, complete=False)

@@ -66,10 +66,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._kernels.checks import ComplexArray, FloatArray
-from .damped_modes import modal_damping, rayleigh_coefficients
+from .damped_modes import modal_damping
 from .frf import Frf
 from .modal_synthesis import modal_frf
-from .modal_truncation import TruncatedModes
+from .modal_truncation import LeftOut, TruncatedModes
 from .second_order_system import SecondOrderSystem
 from .undamped_modes import EPS
 
@@ -215,17 +215,29 @@ def given_part(frf: Frf, complete: bool = True) -> PartLines:
 
 
 def rayleigh_part(
-    system: SecondOrderSystem, modes: TruncatedModes, axis: FloatArray, ports: Sequence[str]
-) -> PartLines | None:
-    """Sum a truncated part's modes; None if C is no alpha M + beta K or a rigid mode is left out.
+    system: SecondOrderSystem,
+    modes: TruncatedModes,
+    left_out: LeftOut,
+    coefficients: tuple[float, float],
+    axis: FloatArray,
+    ports: Sequence[str],
+) -> PartLines:
+    """Sum the modes of a truncated part with C = alpha M + beta K.
+
+    Parameters
+    ----------
+    system : SecondOrderSystem
+    modes : TruncatedModes
+    left_out : LeftOut
+        Of the modes.
+    coefficients : (alpha, beta)
+    axis : array, shape (nf,), Hz
+    ports : sequence of str
 
     Raises
     ------
     As `modal_frf`.
     """
-    coefficients, left_out = rayleigh_coefficients(system), modes.left_out
-    if coefficients is None or left_out is None:
-        return None
     index, factor = system.locate(ports)
     heard = moving(left_out.shapes, index)
     left, squares = left_out.shapes[:, heard], left_out.squares[heard]
@@ -313,13 +325,9 @@ def _moments(weighted: FloatArray, squares: FloatArray, longest: float) -> Float
     return np.asarray(np.einsum("ir,rk,jr->kij", weighted, values, weighted))
 
 
-def no_guarantee(system: SecondOrderSystem, modes: TruncatedModes) -> str | None:
-    """Return why nothing can be guaranteed of a truncated part, at any line; None if it can."""
-    if modes.left_out is None:
-        return "a rigid-body mode is left out: what it adds, -1/w^2, has no bound"
+def no_guarantee(system: SecondOrderSystem) -> str | None:
+    """Return why C, no alpha M + beta K, leaves nothing to guarantee; None if it does."""
     damping = system.damping
-    if rayleigh_coefficients(system) is not None:
-        return None
     if not np.array_equal(damping, damping.T):
         return "the damping matrix is not symmetric"
     root = np.sqrt(np.where(np.diag(damping) > 0, np.diag(damping), 1.0))

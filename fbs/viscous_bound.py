@@ -36,6 +36,7 @@ Residuals are not added: with C = alpha M + beta K alone they are a series in w.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -45,25 +46,35 @@ from ._kernels import batched as _batched
 from ._kernels.checks import ComplexArray, FloatArray
 from .errors import undamped_pole
 from .frf import Frf
-from .modal_truncation import TruncatedModes
+from .modal_truncation import LeftOut
 from .second_order_system import SecondOrderSystem
 from .truncation_bound import SURE, Missing, PartLines, real_product
 from .undamped_modes import EPS, RealModes
 
 
 def viscous_part(
-    system: SecondOrderSystem, modes: TruncatedModes, axis: FloatArray, ports: Sequence[str]
-) -> PartLines | None:
-    """Solve a truncated part's modal equations; None if there are residuals or a rigid mode is out.
+    system: SecondOrderSystem,
+    kept: RealModes,
+    left_out: LeftOut,
+    axis: FloatArray,
+    ports: Sequence[str],
+) -> PartLines:
+    """Solve the modal equations of a truncated part, and bound what they lack.
+
+    Parameters
+    ----------
+    system : SecondOrderSystem
+        C symmetric and positive semi-definite.
+    kept : RealModes
+    left_out : LeftOut
+    axis : array, shape (nf,), Hz
+    ports : sequence of str
 
     Raises
     ------
     SingularLineError
         A line on an undamped pole of the kept modes.
     """
-    kept, left_out = modes.kept, modes.left_out
-    if left_out is None or modes.residuals:
-        return None
     index, factor = system.locate(ports)
     left = left_out.shapes[:, : len(system.dofs) - kept.angular_frequency.size]
     tie = left.T @ system.damping @ kept.shapes  # F^T C Phi_k
@@ -72,13 +83,11 @@ def viscous_part(
     solve = _solver(system, kept, axis)
     at_ports = (kept.shapes[index] * factor[:, None]).T
     amplitudes = solve(at_ports[:, :, None])
-    receptance = real_product(at_ports.T, amplitudes)
-    vectors = (left[index] * factor[:, None]).T[:, :, None] - 1j * omega * real_product(
-        tie, amplitudes
-    )
-    tied = solve(real_product(tie.T, vectors))
+    force = (left[index] * factor[:, None]).T[:, :, None]
+    vectors = force - 1j * omega * real_product(tie, amplitudes)
     small = omega**2 * real_product(left.T @ system.mass @ left, vectors)
-    small -= omega**2 * real_product(tie, tied) + 1j * omega * real_product(inner, vectors)
+    small -= omega**2 * real_product(tie, solve(real_product(tie.T, vectors)))
+    small -= 1j * omega * real_product(inner, vectors)
     small /= mu  # b
     longest = float(left_out.squares.max(initial=0.0)) * SURE
     friction = float(np.linalg.eigvalsh(inner).max(initial=0.0)) * SURE
@@ -87,20 +96,31 @@ def viscous_part(
     delta = np.where(settled, delta, 1.0)
     radius = (omega**2 * longest + omega * friction) / (delta * abs(mu))
     known = np.where(settled, (_gram(vectors, vectors + small) + _gram(small, small)) / mu, 0.0)
-    missing = Missing(
-        lambda rows, columns: known[np.ix_(rows, columns)],
-        np.where(settled, radius, np.inf),
-        small,
-    )
+    missing = Missing(partial(_chosen, known), np.where(settled, radius, np.inf), small)
+    beyond = np.linalg.norm(vectors, axis=0) / delta
+    sizes = _sizes(system, omega, real_product(kept.shapes, amplitudes), left, beyond)
+    receptance = real_product(at_ports.T, amplitudes).transpose(2, 0, 1)
+    return PartLines(Frf(axis, receptance, tuple(ports), tuple(ports)), (sizes, sizes), missing)
+
+
+def _chosen(known: ComplexArray, rows: Sequence[int], columns: Sequence[int]) -> ComplexArray:
+    return np.asarray(known[np.ix_(rows, columns)])
+
+
+def _sizes(
+    system: SecondOrderSystem,
+    omega: FloatArray,
+    motion: ComplexArray,
+    left: FloatArray,
+    beyond: FloatArray,
+) -> FloatArray:
+    """Return eps_p^(1/2) ||D x|| of x = x~ + F W a, || W a || <= `beyond`; D^2 has a share of C."""
     weights = np.array([np.diag(m) for m in (system.stiffness, system.mass, system.damping)])
-    motion = real_product(kept.shapes, amplitudes)
-    beyond = np.sqrt((weights @ left**2).sum(axis=1))  # || weights^(1/2) F ||
     loads = np.sqrt(np.einsum("wd,dpf->wpf", weights, np.abs(motion) ** 2))
-    loads += beyond[:, None, None] * np.linalg.norm(vectors, axis=0) / delta
-    scale = np.sqrt(np.array([np.full(omega.size, abs(mu)), omega**2, omega]))
-    sizes = np.sqrt(4 * len(system.dofs) * EPS) * (loads * scale[:, None]).sum(axis=0)
-    frf = Frf(axis, receptance.transpose(2, 0, 1), tuple(ports), tuple(ports))
-    return PartLines(frf, (sizes, sizes), missing)
+    loads += np.sqrt((weights @ left**2).sum(axis=1))[:, None, None] * beyond
+    stiffness = np.full(omega.size, abs(1 + 1j * system.loss_factor))
+    scale = np.sqrt(np.array([stiffness, omega**2, omega]))
+    return np.asarray(np.sqrt(4 * len(system.dofs) * EPS) * (loads * scale[:, None]).sum(axis=0))
 
 
 def _solver(

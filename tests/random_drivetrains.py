@@ -1,4 +1,4 @@
-"""Seeded random drivetrains as substructures, and their FRFs by another way to hold coupling against.
+"""Seeded random drivetrains as substructures, and their FRFs by another way than coupling.
 
 Stages come from the equations (`validation.routes.equations`); what they are damped with, and how
 they are joined, is drawn here.
@@ -11,8 +11,16 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from scipy.linalg import eigh
 
-from fbs import Joint, SecondOrderSystem
+from fbs import (
+    BoundedFrf,
+    Joint,
+    SecondOrderSystem,
+    TruncatedPart,
+    bounded_frf,
+    real_modes,
+)
 from mbs_models.model.parameters import Damping, ParallelStage, PlanetaryStage
 from validation.routes.equations import Lumped, Spring, _parallel, _planetary, assemble
 
@@ -202,6 +210,11 @@ class Whole:
         reduced = (ties.T @ matrix @ ties for matrix in (mass, damping, stiffness))
         return cls(*reduced, {node: ties[k] for node, k in place.items()})
 
+    def natural_frequencies(self) -> np.ndarray:
+        """Of the undamped whole, Hz."""
+        square = eigh(self.stiffness.real, self.mass, eigvals_only=True)
+        return np.sqrt(square.clip(min=0.0)) / (2 * np.pi)
+
     def frf(self, omega: np.ndarray, nodes: Sequence[tuple[str, str]]) -> np.ndarray:
         """Solve line by line, residuals in 80-bit arithmetic: H (nf, n, n), right to double."""
         motion = np.array([self.motion[node] for node in nodes])
@@ -213,7 +226,51 @@ class Whole:
         inverse = np.linalg.inv(rough * np.outer(scale, scale)) * np.outer(scale, scale)
         right = motion.T.astype(np.clongdouble)
         found = np.zeros((omega.size, *right.shape), np.clongdouble)
-        for _ in range(4):
+        for _ in range(3):
             rest = right - exact @ found
             found = found + inverse @ rest.astype(complex)
         return np.asarray(motion @ found)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A truncated random drivetrain, and its exact FRFs (nf, n, n) between some of its DoFs."""
+
+    parts: Parts
+    truncated: Mapping[str, TruncatedPart]
+    labels: tuple[str, ...]
+    axis: np.ndarray
+    exact: np.ndarray
+
+    @classmethod
+    def of(cls, rng: np.random.Generator, lines: int, dofs: int = 12, **drawn: Any) -> Trial:
+        """Cut every part anywhere from the rigid-body modes up; a third of all lines at peaks."""
+        parts = random_parts(rng, **drawn)
+        band = _log(rng, 100.0, 8000.0)
+        truncated = {name: _cut(rng, s, parts.damping, band) for name, s in parts.systems.items()}
+        whole = Whole.of(parts)
+        nodes = [(name, dof) for name, system in parts.systems.items() for dof in system.dofs]
+        chosen = sorted(rng.choice(len(nodes), min(dofs, len(nodes)), replace=False))
+        nodes = [nodes[k] for k in chosen]
+        peaks = [whole.natural_frequencies()]
+        peaks += [part.modes.kept.natural_frequencies for part in truncated.values()]
+        peak = np.concatenate(peaks)
+        peak = rng.choice(peak[peak > 1.0], lines // 3)
+        beside = 1 + rng.choice([-1, 1], peak.size) * 10 ** rng.uniform(-7, -2, peak.size)
+        axis = np.unique([*(peak * beside), *rng.uniform(0.5, band, lines - peak.size)])
+        exact = whole.frf(2 * np.pi * axis, nodes)
+        return cls(parts, truncated, tuple(dof for _, dof in nodes), axis, exact)
+
+    def bounded(self) -> BoundedFrf:
+        """Couple with the bound."""
+        return bounded_frf(self.truncated, self.parts.joints, self.axis, self.labels, self.labels)
+
+
+def _cut(
+    rng: np.random.Generator, system: SecondOrderSystem, damping: str, band: float
+) -> TruncatedPart:
+    modes = real_modes(system)
+    above = band * _log(rng, 0.7, 20.0)
+    count = max(modes.n_rigid, int(np.sum(modes.natural_frequencies < above)))
+    order = None if damping == "viscous" else [None, 0, 1, 2, 3][int(rng.integers(0, 5))]
+    return TruncatedPart.of(system, slice(0, count), order, modes)
