@@ -294,9 +294,10 @@ def enclosed(
 ) -> Enclosure:
     """Enclose g(t) = 1 / (mu - v t), 0 <= t <= `longest`; see the module."""
     end, size, half = mu - v * longest, np.abs(v), v * longest / 2
-    foot = 1j * (mu * v.conj()).imag * v / np.where(size > 0, size, 1.0) ** 2
-    along = (mu * v.conj()).real  # |v|^2 times the t at which mu - v t is nearest to 0
-    beside = (along > 0) & (along < longest * size**2)
+    direction = v / np.where(size > 0, size, 1.0)
+    foot = 1j * (mu * direction.conj()).imag * direction
+    along = (mu * direction.conj()).real  # |v| times the t at which mu - v t is nearest to 0
+    beside = (along > 0) & (along < longest * size)
     nearest = np.where(beside, np.abs(foot), np.minimum(np.abs(mu), np.abs(end)))
     whole = (mu * end.conj()).real <= 0  # more than a semicircle
     lost = nearest == 0
