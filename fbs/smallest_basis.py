@@ -89,6 +89,8 @@ class SmallestBasis:
         With the modes to keep and the residuals of the others.
     kept : mapping of str to tuple of int
         Positions among the part's modes.
+    ladders : mapping of str to tuple of int
+        Modes that were to choose from, in the order in which they are kept.
     orders : mapping of str to int or None
         Highest residual.
     bounded : BoundedFrf
@@ -101,6 +103,7 @@ class SmallestBasis:
 
     parts: Mapping[str, Part]
     kept: Mapping[str, tuple[int, ...]]
+    ladders: Mapping[str, tuple[int, ...]]
     orders: Mapping[str, int | None]
     bounded: BoundedFrf
     error: float
@@ -235,6 +238,7 @@ class _Search:
         return SmallestBasis(
             {**self.given, **{name: self._part(name, *chosen) for name, chosen in basis.items()}},
             {name: self.ladders[name].steps[:count] for name, (count, _) in basis.items()},
+            {name: own.steps for name, own in self.ladders.items()},
             {name: None if order < 0 else order for name, (_, order) in basis.items()},
             found,
             self.tolerance.error(float(share.max())),

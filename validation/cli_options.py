@@ -115,3 +115,16 @@ FrfResponses = Annotated[
 FrfExcitations = Annotated[
     list[str] | None, typer.Option(help="Excitation DoFs (repeat, or separate by commas), or all.")
 ]
+
+# crosscheck truncate
+TruncatedStages = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="NAME",
+        help="A stage or inertia whose modes may be left out; may be repeated (default: all).",
+    ),
+]
+TruncationBand = Annotated[
+    str | None,
+    typer.Option(metavar="FROM:TO[:STEP]", help="The lines, Hz (default: 1:4000:1)."),
+]
