@@ -134,7 +134,7 @@ def parse_band(text: str | None) -> Band:
     if len(values) not in (2, 3) or not all(map(math.isfinite, values)) or values[1] <= values[0]:
         raise CommandError(f"--band = {text!r}: must be FROM:TO or FROM:TO:STEP, as 1:4000:1 (Hz)")
     if len(values) == 3:
-        return Band(*values)
+        return Band(values[0], values[1], values[2])
     step = band(None, values[1], None, max(1, int(5e7 / MOST_LINES))).df
     first = max(math.ceil(values[0] / step), 1) * step
     return Band(first, math.floor(values[1] / step) * step, step)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..arrays import BoolArray, ComplexArray, FloatArray
 from ..checks.check import Check
@@ -35,7 +36,7 @@ class StageBasis:
     kept_hz
         (n_kept,) their natural frequencies (Hz).
     first_left_out_hz
-        Of the first left-out mode that moves what is joined or asked for; infinite if there is none.
+        Of the first left-out mode that moves what is joined or asked for; infinite without one.
     silent
         How many modes move neither, and are left out at no cost.
     """
@@ -128,7 +129,7 @@ class TruncationResult:
     frfs: tuple[TruncatedFrf, ...]
     guaranteed: float
     unreachable: BoolArray
-    reason: FloatArray
+    reason: NDArray[np.int8]
     alternatives: tuple[BasisErrors, ...]
     checks: tuple[Check, ...] = ()
     warnings: tuple[str, ...] = ()

@@ -218,7 +218,7 @@ def true_error(tolerance: Tolerance, frf: Frf, exact: Frf, pair: Pair) -> FloatA
     if tolerance.scaled:
         rows = [np.linalg.norm(exact.select([label]).values[:, 0], axis=1) for label in pair]
         return np.asarray(np.abs(found - h) / np.sqrt(rows[0] * rows[1]))
-    return np.abs(_decibels(found) - _decibels(h))
+    return np.asarray(np.abs(_decibels(found) - _decibels(h)))
 
 
 def _decibels(values: ComplexArray) -> FloatArray:
@@ -247,10 +247,10 @@ def _check(plan: TruncationPlan, found: BoundedFrf, exact: Frf) -> Check:
 def _alternatives(trunk: Trunk, exact: Frf, basis: SmallestBasis) -> Iterator[BasisErrors]:
     """Smallest bases with fewer residuals, and the rules of thumb with none and with statics."""
     plan = trunk.plan
-    for order in range(plan.highest_order, -2, -1):
-        found = basis if order == plan.highest_order else trunk.smallest(order)
+    for highest in range(plan.highest_order, -2, -1):
+        found = basis if highest == plan.highest_order else trunk.smallest(highest)
         modes = sum(map(len, found.kept.values()))
-        name = f"smallest basis, residuals {residual_words(order)}"
+        name = f"smallest basis, residuals {residual_words(highest)}"
         yield _errors(trunk, exact, found.bounded, name, modes)
     for factor in RULES:
         limit = factor * plan.band.fmax

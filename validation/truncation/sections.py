@@ -43,8 +43,8 @@ METHOD = (
     "fbs.coupled_bound.",
     "Round-off has a share of its own. A bound b of |ΔH| is −20 log₁₀(1 − b/|H|) dB; where b "
     "reaches |H| there is no error in dB.",
-    "The smallest basis is searched by the bounds alone. The exact FRFs beside it, all modes solved "
-    "line by line, are only there to be seen.",
+    "The smallest basis is searched by the bounds alone. The exact FRFs beside it, solved line by "
+    "line with all modes, are only there to be seen.",
 )
 RULES_NOTE = (
     "Rules of thumb keep every mode of the stages that may be cut up to a multiple of the band’s "
@@ -122,8 +122,8 @@ def _figure(result: TruncationResult, frf: TruncatedFrf, number: int) -> str:
         ),
     )  # fmt: skip
     alternative = (
-        f"{pair_words(frf)} with all modes and with those kept; below, the guaranteed bound and the "
-        "true error"
+        f"{pair_words(frf)} with all modes and with those kept; below, the guaranteed bound and "
+        "the true error"
     )
     return frf_figure(panel, f"frf{number}", alternative)
 
