@@ -7,7 +7,7 @@ Systems
     `SecondOrderSystem`, `SparseSystem`.
 FRFs
     `Frf` on a `frequency_axis`: `synthesize` chooses among `direct_frf`, `modal_frf`, `schur_frf`;
-    `sparse_frf` and `reduced_frf` for large systems; `read_uff`, `write_uff`.
+    `sparse_frf` and `reduced_frf` for large systems, `galerkin_bound`; `read_uff`, `write_uff`.
 Modes
     `real_modes`, `complex_modes`, `poles`; `truncate` leaves some out and keeps their residuals.
     `bounded_frf` couples `TruncatedPart`s and bounds the error; `smallest_basis` meets a tolerance.
@@ -49,6 +49,7 @@ from .errors import (
 from .files.uff import UffError, read_uff, write_uff
 from .frf import Frf, Quantity, frequency_axis
 from .large.chain import couple_chain
+from .large.galerkin_bound import GalerkinBound, galerkin_bound
 from .large.krylov import ReducedFrf, ReductionError, reduced_frf
 from .large.sparse_system import SparseSystem, sparse_frf
 from .modal_synthesis import Poles, modal_frf, poles
@@ -76,6 +77,7 @@ __all__ = [
     "Extremes",
     "FbsError",
     "Frf",
+    "GalerkinBound",
     "IndefiniteMassError",
     "IndefiniteStiffnessError",
     "Joint",
@@ -121,6 +123,7 @@ __all__ = [
     "direct_frf",
     "extremes",
     "frequency_axis",
+    "galerkin_bound",
     "impulse_frf",
     "lattice",
     "modal_frf",

@@ -208,7 +208,7 @@ def _frf(tolerance: Tolerance, found: BoundedFrf, exact: Frf, pair: Pair) -> Tru
 def _bound(tolerance: Tolerance, found: BoundedFrf, pair: Pair) -> FloatArray:
     """Guaranteed errors (dB, or scaled); infinite where there are none."""
     if tolerance.scaled:
-        return tolerance.value * tolerance.used(found, [pair])[0]
+        return np.asarray(tolerance.value * tolerance.used(found, [pair])[0])
     return found.decibels(*pair)
 
 
