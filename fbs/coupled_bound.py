@@ -1,31 +1,32 @@
 r"""The coupled FRFs of truncated parts, and how far they can be from those of the whole parts.
 
-Each truncated part lacks E(f, f') = a(f)^T W a(f') with || W - c || <= rho (`truncation_bound`).
-Stacked over the parts, Y = Y~ + a^T W a, W and the numbers c and rho block by block. With B the
-signed joints (`couple`), G~ = (B Y~ B^T + 1/Z)^-1 and p_j = e_j - B^T G~ B Y~ e_j the forces on the
-parts, joints' included, under a unit force at j, the coupled FRFs differ by
+Each truncated part lacks known(f, f') + a(f)^T V a(f') with || V || <= rho (`truncation_bound`).
+First, what is known is added: Y' = Y~ + known, as good as some residuals more, at the ports alone
+and coupled as Y~ is. Stacked over the parts, Y = Y' + a^T V a, V and rho block by block. With B the
+signed joints (`couple`), A = a B^T, G' = (B Y' B^T + 1/Z)^-1 and p_j = e_j - B^T G' B Y' e_j the
+forces on the parts, joints' included, under a unit force at j,
 
-    Y_c - Y~_c = p_i^T a^T W (1 + Q W)^-1 a p_j,   Q = a B^T G~ B a^T,
+    (B Y B^T + 1/Z)^-1 = G' - G' A^T V (1 + Q V)^-1 A G',   Q = A G' A^T,
+    Y_c - Y'_c = (a p_i)^T V (1 + Q V)^-1 (a p_j),
 
-which is Woodbury's formula for the kernel, exact, whatever is missing.
+by Woodbury's formula (Hager 1989, Updating the inverse of a matrix, SIAM Review 31, 221-239):
+exact, whatever is missing, from Y_c = Y - Y B^T (...)^-1 B Y written out; the left p_i is that of
+the transpose. In the scale of rho, V = rho^(1/2) V' rho^(1/2) with || V' || <= 1,
 
-First, the middle of the disc: Y' = Y~ + c a^T a is as good as one residual more. It is known at
-the ports, and is coupled as Y~ is. From it Y is only a^T (W - c) a away; so with p', G' and
-Q' = a B^T G' B a^T of Y', and V = rho^(-1/2) (W - c) rho^(-1/2), ||V|| <= 1,
+    Y_c - Y'_c = u_i^T V' (1 + K V')^-1 u_j,   u_j = rho^(1/2) a p_j,   K = rho^(1/2) Q rho^(1/2).
 
-    Y_c - Y'_c = u_i^T V (1 + K V)^-1 u_j,   u_j = rho^(1/2) a p'_j,   K = rho^(1/2) Q' rho^(1/2).
-
-If k = ||K|| < 1, 1 + K V has an inverse of norm 1 / (1 - k) at most (Neumann), and so there is one
-of the kernel of the whole parts, det(1 + X Y) being det(1 + Y X): the assembly has no pole there.
-Then (Cauchy & Schwarz)
+If k = ||K|| < 1, 1 + K V' has an inverse of norm 1 / (1 - k) at most (Neumann's series; Golub &
+Van Loan 2013, Matrix Computations, lemma 2.3.3), and so there is one of the kernel of the whole
+parts, det(1 + X Y) being det(1 + Y X): whatever V is, the assembly has no pole there. Then (Cauchy
+& Schwarz)
 
     |Y_c - Y'_c| <= ||u_i|| ||u_j|| / (1 - k),
 
 and any other FRF, such as Y~_c, is at most |Y~_c - Y'_c| further away.
 
-K = A G' A^T with A = rho^(1/2) a B^T, one column a joint: k is taken as Frobenius' norm,
-k^2 = tr(G'^H S G' S*), S = A^H A, which is never below the spectral one. Nothing here depends on
-the units of a DoF or on how joints are scaled. p'_j is nearly 0 where the part's motion is set by
+k is taken as Frobenius' norm, which is never below the spectral one: k^2 = tr(G'^H S G' S*) with
+S = A^H rho A, one row a joint. Nothing here depends on the units of a DoF or on how joints are
+scaled. p_j is nearly 0 where the part's motion is set by
 the others, so that the bound is not the sum of all parts' worst cases.
 
 Round-off is a share of its own. A part's receptances are right to s_i s_j (`truncation_bound`; a

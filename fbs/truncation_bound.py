@@ -22,7 +22,8 @@ C = alpha M + beta K (or none), any loss factor
         g = 1 / (h (zeta - y)) = 2 / (h s) (1/2 + sum_(k>=1) tau^k T_k(y)),
 
     s = (zeta^2 - 1)^(1/2), tau = zeta - s, the sign of the root such that |tau| < 1 (generating
-    function of Chebyshev's polynomials, |T_k| <= 1). The sum to k = m is the known part, and
+    function of Chebyshev's polynomials, |T_k| <= 1; Mason & Handscomb 2003, Chebyshev Polynomials,
+    ch. 5). The sum to k = m is the known part, and
 
         rho = |2 / (h s)| |tau|^(m+1) / (1 - |tau|),   times |v/mu|^(p+1).
 

@@ -13,7 +13,7 @@ theta = x^H K x, in [0, 1], has
 
 a point of the segment from -v/s to mu (from -w^2/s to 1 + j eta, or above it, further from 0). Its
 distance d from 0 is what |x^H Z x| is at least, so that || A^(1/2) Z^-1 A^(1/2) || <= 1/d (field of
-values), and
+values; Horn & Johnson 1991, Topics in Matrix Analysis, sec. 1.5), and
 
     |H_ij - H~_ij| <= ||rho_i|| ||rho_j|| / d + ||x~_i||_A e_j,   ||rho||^2 = rho^T A^-1 rho*,
 

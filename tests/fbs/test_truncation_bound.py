@@ -92,17 +92,17 @@ def test_no_bound_from_the_first_left_out_mode_on_undamped():
     assert (error <= found.bound).all()
 
 
-def check_trial(seed, lines):
-    trial = Trial.of(np.random.default_rng(seed), lines)
+def check_trial(seed, lines, dofs=12):
+    trial = Trial.of(np.random.default_rng(seed), lines, dofs)
     found = trial.bounded()
     error = np.abs(found.frf.values - trial.exact).astype(float)
     assert (error <= found.bound).all(), f"seed {seed}"
     return found, error
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(8))
 def test_no_random_drivetrain_breaks_its_bound(seed):
-    check_trial(seed, 40)
+    check_trial(seed, 40, 6)
 
 
 @pytest.mark.slow
@@ -352,7 +352,7 @@ def test_smallest_basis_keeps_given_frfs():
     assert found.error <= 0.1
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_smallest_basis_is_near_the_optimum(seed):
     kept, best, error = basis_trial(seed)
     assert kept <= 2 * best
