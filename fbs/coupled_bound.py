@@ -20,25 +20,28 @@ Van Loan 2013, Matrix Computations, lemma 2.3.3), and so there is one of the ker
 parts, det(1 + X Y) being det(1 + Y X): whatever V is, the assembly has no pole there. Then (Cauchy
 & Schwarz)
 
-    |Y_c - Y'_c| <= ||u_i|| ||u_j|| / (1 - k),
+    |Y_c - Y'_c| <= sum_q ||u_iq|| ||u_jq|| + ||u_i|| ||u_j|| k / (1 - k),
 
-and any other FRF, such as Y~_c, is at most |Y~_c - Y'_c| further away.
+V' (1 + K V')^-1 being V' less V' K V' (1 + K V')^-1 and V' block-diagonal over the parts q: what
+one part lacks is felt by two DoFs through that part. Any other FRF, such as Y~_c, is at most
+|Y~_c - Y'_c| further away.
 
 k is taken as Frobenius' norm, which is never below the spectral one: k^2 = tr(G'^H S G' S*) with
 S = A^H rho A, one row a joint. Nothing here depends on the units of a DoF or on how joints are
-scaled. p_j is nearly 0 where the part's motion is set by
-the others, so that the bound is not the sum of all parts' worst cases.
+scaled. p_j is nearly 0 where the part's motion is set by the others, so that the bound is not the
+sum of all parts' worst cases.
 
 Round-off is a share of its own. A part's receptances are right to s_i s_j (`truncation_bound`; a
 given FRF to eps of its entries); to invert the kernel and to round 1/Z changes it by
-m eps sqrt(d_k d_l) at most, d_k the moduli added up on its diagonal (Gauss, in the joints' scale),
-m the number of joints. As above, with lambda_j = G' B Y' e_j the joint forces and
-g_k = s_k + (m eps d_k)^(1/2), s_k the sum of both ends' times |B|,
+m eps sqrt(d_k d_l) at most between the joints of a part, d_k the moduli added up on its diagonal
+(Gauss, in the joints' scale), m the number of joints. As above, with lambda_j = G' B Y' e_j the
+joint forces and g_kq = s_k |B_kq| + (m eps d_k)^(1/2) at a part's joints,
 
-    |Y'_c computed - Y'_c| <= r_i r_j / (1 - q),   r_j = s_j + sum_k |lambda_kj| g_k,
+    |Y'_c computed - Y'_c| <= sum_q r_iq r_jq + (sum_q r_iq) (sum_q r_jq) l / (1 - l),
 
-q = sum_kl g_k |G'_kl| g_l; where that is 1, nothing is left of the line's digits. It is taken
-twice: the numbers of the bound are rounded, too.
+r_jq = s_j + sum_k |lambda_kj| g_kq (s_j of j's own part alone) and l = sum_kl g_k |G'_kl| g_l, g_k
+of both parts; where l is 1, nothing is left of the line's digits. It is taken twice: the numbers of
+the bound are rounded, too.
 """
 
 from __future__ import annotations
@@ -64,9 +67,14 @@ from ._kernels.checks import (
 from .bounded_assembly import Assembly, Coupled, Part, TruncatedPart, product
 from .coupling import Joint
 from .frf import Frf, Quantity, computed_frf, require_same_layout
+from .truncation_bound import Missing
 from .undamped_modes import EPS
 
 __all__ = ["BoundedFrf", "Part", "Reason", "TruncatedPart", "bounded_frf", "decibels"]
+
+
+Sides = dict[str, tuple[FloatArray, FloatArray]]
+"""Of each part: of the responses and of the excitations, shape (n, nf)."""
 
 
 class Reason(IntEnum):
@@ -78,7 +86,7 @@ class Reason(IntEnum):
     JOINTS = 2
     """k is not below 1: left-out modes may shift a resonance of the assembly to the line."""
     ROUND_OFF = 3
-    """q is not below 1: the parts' round-off leaves no digit."""
+    """l is not below 1: the parts' round-off leaves no digit."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,19 +99,19 @@ class BoundedFrf:
         Of the truncated parts, coupled.
     reason : array of Reason, shape (nf,)
         Why there is no bound at a line.
-    kernel, digits : array, shape (nf,)
-        k and q, which must be below 1.
+    kernel, loss : array, shape (nf,)
+        k and l, which must be below 1.
     """
 
     frf: Frf
     reason: NDArray[np.int8]
     kernel: FloatArray
-    digits: FloatArray
+    loss: FloatArray
     _assembly: Assembly
     _truncated: Coupled
     _better: Coupled
-    _norms: tuple[FloatArray, FloatArray]
-    _sizes: tuple[FloatArray, FloatArray]
+    _norms: Sides
+    _sizes: Sides
 
     def change(self, response: str, excitation: str) -> ComplexArray:
         """Return Y'_c - Y~_c, what is known of the error; shape (nf,), m/N."""
@@ -162,15 +170,21 @@ class BoundedFrf:
         return change
 
     def _truncation(self, i: int, j: int) -> FloatArray:
+        direct = _sum_of_products(self._norms, i, j)
+        left = sum((own[0][i] ** 2 for own in self._norms.values()), np.zeros(1))
+        right = sum((own[1][j] ** 2 for own in self._norms.values()), np.zeros(1))
         with np.errstate(divide="ignore", invalid="ignore"):
-            radius = self._norms[0][i] * self._norms[1][j] / (1 - self.kernel)
-        radius = np.where(self.reason > 0, np.inf, radius)
+            through = np.sqrt(left * right) * self.kernel / (1 - self.kernel)
+        radius = np.where(self.reason > 0, np.inf, direct + through)
         return np.asarray(np.abs(self._change(i, j)) + radius)
 
     def _round_off(self, i: int, j: int) -> FloatArray:
-        left = np.where(self.digits < 1, 1 - self.digits, np.nan)
-        share = 2 * self._sizes[0][i] * self._sizes[1][j] / left
-        return np.where(np.isnan(share), np.inf, share)
+        direct = _sum_of_products(self._sizes, i, j)
+        left = sum((own[0][i] for own in self._sizes.values()), np.zeros(1))
+        right = sum((own[1][j] for own in self._sizes.values()), np.zeros(1))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = 2 * (direct + left * right * self.loss / (1 - self.loss))
+        return np.where(self.loss < 1, share, np.inf)
 
 
 def decibels(bound: FloatArray, modulus: FloatArray) -> FloatArray:
@@ -218,17 +232,17 @@ def bounded_frf(
         assembly = Assembly.of(parts, joints, axis, rows, columns)
         truncated, better = (Coupled.of(assembly, better) for better in (False, True))
         kernel = _kernel_norm(assembly, better)
-        sizes, digits = _round_off(assembly, better)
+        sizes, loss = _round_off(assembly, better)
         reason = np.zeros(axis.size, np.int8)
         reason[~(kernel < 1)] = Reason.JOINTS
-        reason[~(digits < 1)] = Reason.ROUND_OFF
+        reason[~(loss < 1)] = Reason.ROUND_OFF
         for part in assembly.parts.values():
             if part.missing is not None:
                 reason[~np.isfinite(part.missing.radius)] = Reason.PART
         norms = _norms(assembly, better)
         frf = _coupled_frf(assembly, truncated)
     return BoundedFrf(
-        frf, read_only(reason), read_only(kernel), read_only(digits),
+        frf, read_only(reason), read_only(kernel), read_only(loss),
         assembly, truncated, better, norms, sizes,
     )  # fmt: skip
 
@@ -245,25 +259,32 @@ def _coupled_frf(assembly: Assembly, coupled: Coupled) -> Frf:
     )
 
 
-def _norms(assembly: Assembly, coupled: Coupled) -> tuple[FloatArray, FloatArray]:
-    """Return ||u_i|| of the responses and ||u_j|| of the excitations, shape (n, nf)."""
-    of_excitations = _side_norms(assembly, coupled.forces, False)
-    if coupled.symmetric:
-        return of_excitations, of_excitations
-    return _side_norms(assembly, coupled.reactions, True), of_excitations
+def _sum_of_products(sides: Sides, i: int, j: int) -> FloatArray:
+    """Return sum_q left_iq right_jq, shape (nf,) or (1,) if there are no parts."""
+    return sum((left[i] * right[j] for left, right in sides.values()), np.zeros(1))
 
 
-def _side_norms(assembly: Assembly, forces: ComplexArray, responses: bool) -> FloatArray:
-    total = np.zeros(forces.shape[1:])
+def _norms(assembly: Assembly, coupled: Coupled) -> Sides:
+    """Return ||u_iq|| of the responses and ||u_jq|| of the excitations, part by part."""
+    found: Sides = {}
     for name, part in assembly.parts.items():
-        if part.missing is None:
-            continue
-        ports = assembly.ports[name]
-        at = dict(ports.responses if responses else ports.excitations)
-        own = [at.get(place) for place in range(forces.shape[1])]
-        squares = part.missing.squares(ports.row_ends, own, forces[list(ports.joints)])
-        total += part.missing.finite_radius * squares
-    return np.asarray(np.sqrt(total))
+        if part.missing is not None:
+            right = _part_norms(assembly, name, part.missing, coupled.forces, False)
+            left = right
+            if not coupled.symmetric:
+                left = _part_norms(assembly, name, part.missing, coupled.reactions, True)
+            found[name] = left, right
+    return found
+
+
+def _part_norms(
+    assembly: Assembly, name: str, missing: Missing, forces: ComplexArray, responses: bool
+) -> FloatArray:
+    ports = assembly.ports[name]
+    at = dict(ports.responses if responses else ports.excitations)
+    own = [at.get(place) for place in range(forces.shape[1])]
+    squares = missing.squares(ports.row_ends, own, forces[list(ports.joints)])
+    return np.asarray(np.sqrt(missing.finite_radius * squares))
 
 
 def _kernel_norm(assembly: Assembly, coupled: Coupled) -> FloatArray:
@@ -281,30 +302,31 @@ def _kernel_norm(assembly: Assembly, coupled: Coupled) -> FloatArray:
     return np.asarray(np.sqrt(square.clip(min=0.0)))
 
 
-def _round_off(
-    assembly: Assembly, coupled: Coupled
-) -> tuple[tuple[FloatArray, FloatArray], FloatArray]:
-    """Return r_i of the responses and r_j of the excitations, shape (n, nf), and q."""
+def _round_off(assembly: Assembly, coupled: Coupled) -> tuple[Sides, FloatArray]:
+    """Return r_iq of the responses and r_jq of the excitations, part by part, and l."""
     scale = coupled.scale
     root = np.sqrt(len(scale) * EPS)
-    at_joints = np.divide(root, scale, out=np.zeros_like(scale), where=scale > 0)
-    left, right = (np.zeros(f.shape[1:]) for f in (coupled.reactions, coupled.forces))
+    own = np.divide(root, scale, out=np.zeros_like(scale), where=scale > 0)
+    at_joints, found = np.zeros_like(scale), {}
     for name, part in assembly.parts.items():
         ports, (of_rows, of_columns) = assembly.ports[name], part.sizes
+        joints = list(ports.joints)
         (rows, signs), (columns, _) = ports.row_ends, ports.column_ends
-        for k, row, column, sign in zip(ports.joints, rows, columns, signs, strict=True):
-            at_joints[k] += abs(sign) * np.maximum(of_rows[row], of_columns[column])
-        for place, at in ports.responses:
-            left[place] += of_rows[at]
+        here = own[joints] + np.abs(signs)[:, None] * np.maximum(
+            of_rows[list(rows)], of_columns[list(columns)]
+        )
+        np.add.at(at_joints, joints, here)
+        right = _weighted(coupled.forces[joints], here)
         for place, at in ports.excitations:
             right[place] += of_columns[at]
-    right += _weighted(coupled.forces, at_joints)
-    if coupled.symmetric:
         left = right
-    else:
-        left += _weighted(coupled.reactions, at_joints)
-    digits = (np.abs(coupled.inverse) * at_joints[:, None] * at_joints).sum(axis=(0, 1))
-    return (left, right), digits
+        if not coupled.symmetric:
+            left = _weighted(coupled.reactions[joints], here)
+            for place, at in ports.responses:
+                left[place] += of_rows[at]
+        found[name] = left, right
+    loss = (np.abs(coupled.inverse) * at_joints[:, None] * at_joints).sum(axis=(0, 1))
+    return found, loss
 
 
 def _weighted(forces: ComplexArray, sizes: FloatArray) -> FloatArray:
