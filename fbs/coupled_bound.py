@@ -308,6 +308,8 @@ def _round_off(assembly: Assembly, coupled: Coupled) -> tuple[Sides, FloatArray]
     root = np.sqrt(len(scale) * EPS)
     own = np.divide(root, scale, out=np.zeros_like(scale), where=scale > 0)
     at_joints, found = np.zeros_like(scale), {}
+    forces = np.abs(coupled.forces)
+    reactions = forces if coupled.symmetric else np.abs(coupled.reactions)
     for name, part in assembly.parts.items():
         ports, (of_rows, of_columns) = assembly.ports[name], part.sizes
         joints = list(ports.joints)
@@ -316,12 +318,12 @@ def _round_off(assembly: Assembly, coupled: Coupled) -> tuple[Sides, FloatArray]
             of_rows[list(rows)], of_columns[list(columns)]
         )
         np.add.at(at_joints, joints, here)
-        right = _weighted(coupled.forces[joints], here)
+        right = _weighted(forces, joints, here)
         for place, at in ports.excitations:
             right[place] += of_columns[at]
         left = right
         if not coupled.symmetric:
-            left = _weighted(coupled.reactions[joints], here)
+            left = _weighted(reactions, joints, here)
             for place, at in ports.responses:
                 left[place] += of_rows[at]
         found[name] = left, right
@@ -329,6 +331,9 @@ def _round_off(assembly: Assembly, coupled: Coupled) -> tuple[Sides, FloatArray]
     return found, loss
 
 
-def _weighted(forces: ComplexArray, sizes: FloatArray) -> FloatArray:
-    """Return sum_k |lambda_kj| g_k."""
-    return np.asarray((np.abs(forces) * sizes[:, None]).sum(axis=0))
+def _weighted(forces: FloatArray, joints: Sequence[int], sizes: FloatArray) -> FloatArray:
+    """Return sum_k |lambda_kj| g_k over some joints, shape (n, nf)."""
+    total = np.zeros(forces.shape[1:])
+    for joint, size in zip(joints, sizes, strict=True):
+        total += forces[joint] * size
+    return total
