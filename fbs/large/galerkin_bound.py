@@ -89,7 +89,7 @@ def galerkin_bound(
     system : SparseSystem or SecondOrderSystem
         M, C, K symmetric; M positive definite, C and K positive semi-definite.
     vectors : array, shape (n, r)
-        Linearly independent columns, as `ReducedFrf.vectors`.
+        Linearly independent columns, as `ReducedFrf.vectors` or `Reduction.basis`.
     frequency : array, shape (nf,), Hz
     responses, excitations : labels
 

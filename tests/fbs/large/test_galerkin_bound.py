@@ -15,6 +15,7 @@ from fbs import (
     real_modes,
     reduced_frf,
 )
+from fbs.reduction import craig_bampton, rubin
 from tests.fbs.fbs_systems import random_system
 
 LINES = frequency_axis(10, 2000, 10)
@@ -65,3 +66,14 @@ def test_bad_input_is_named():
     negative = replace(system, stiffness=-system.stiffness)
     with pytest.raises(IndefiniteStiffnessError, match="not positive definite"):
         galerkin_bound(negative, np.eye(40)[:, :5], LINES, ROWS, COLUMNS)
+
+
+@pytest.mark.parametrize("reduce", [craig_bampton, rubin])
+@pytest.mark.parametrize("kind", ["hysteretic", "rayleigh", "viscous"])
+def test_craig_bampton_and_rubin_are_bounded_through_their_basis(reduce, kind):
+    system = damped(kind)
+    reduction = reduce(system, ["x0", "x9", "x20"], 8)
+    found = galerkin_bound(system, reduction.basis, LINES, ROWS, COLUMNS)
+    frf = direct_frf(reduction.system, LINES, ROWS, COLUMNS)
+    exact = direct_frf(system, LINES, ROWS, COLUMNS)
+    assert (np.abs(frf.values - exact.values) <= found.of(frf)).all()
