@@ -122,8 +122,10 @@ def couple(
     joints = tuple(joints)
     for joint in joints:
         _require_interface(joint, substructures)
-    groups = _rigid_groups(joints)
-    _refuse_ambiguous(substructures, groups)
+    refuse_ambiguous(
+        {name: dict.fromkeys(f.responses + f.excitations) for name, f in substructures.items()},
+        rigid_groups(joints),
+    )
     layout = Layout.of(substructures, responses, excitations)
     interface = _Interface(
         {name: frf.values.transpose(1, 2, 0) for name, frf in substructures.items()},
@@ -228,10 +230,13 @@ def _require_interface(joint: Joint, substructures: Mapping[str, Frf]) -> None:
             raise unknown_dof(label, labels, f"{joint}: substructure {name!r}")
 
 
-def _rigid_groups(joints: Sequence[Joint]) -> dict[Node, tuple[Node, float]]:
+def rigid_groups(joints: Sequence[Joint]) -> dict[Node, tuple[Node, float]]:
     """Return (representative, multiple of its motion) for every rigidly tied node.
 
-    A tie that closes a ring is refused.
+    Raises
+    ------
+    JointError
+        A tie that closes a ring.
     """
     parent: dict[Node, tuple[Node, float]] = {}
 
@@ -256,10 +261,16 @@ def _rigid_groups(joints: Sequence[Joint]) -> dict[Node, tuple[Node, float]]:
     return {node: root(node) for node in parent}
 
 
-def _refuse_ambiguous(substructures: Mapping[str, Frf], groups: Groups) -> None:
+def refuse_ambiguous(labels: Mapping[str, Iterable[str]], groups: Groups) -> None:
+    """Refuse a label that several substructures have and that is not one motion.
+
+    Raises
+    ------
+    AmbiguousDofError
+    """
     owner: dict[str, str] = {}
-    for name, frf in substructures.items():
-        for label in dict.fromkeys(frf.responses + frf.excitations):
+    for name, own in labels.items():
+        for label in own:
             other = owner.setdefault(label, name)
             if other == name:
                 continue

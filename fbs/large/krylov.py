@@ -66,6 +66,8 @@ class ReducedFrf:
         exceed the tolerance next to an undamped pole, or near 0 Hz of a system free to move.
     system : SecondOrderSystem
         The reduced model; the DoFs asked for are its first coordinates, by their own labels.
+    vectors : array, shape (n, order)
+        V: x = V q of its coordinates q. `galerkin_bound` guarantees what it can of them.
     expansion : array, Hz
         Lines where the model was made to meet the direct solution.
     checked : array, Hz
@@ -77,6 +79,7 @@ class ReducedFrf:
     frf: Frf
     error_estimate: FloatArray
     system: SecondOrderSystem
+    vectors: FloatArray
     expansion: FloatArray
     checked: FloatArray
     checked_error: FloatArray
@@ -147,6 +150,7 @@ def reduced_frf(
         modal_frf(reduced, axis, rows, columns, quantity),
         read_only(estimate),
         reduced,
+        read_only(model.vectors),
         read_only(axis[sorted(search.used)]),
         read_only(axis[list(search.checks)]),
         read_only(np.array(list(search.checks.values()))),

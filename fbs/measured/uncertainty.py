@@ -27,6 +27,7 @@ import numpy as np
 
 from .._kernels.blocks import each, stretches
 from .._kernels.checks import ComplexArray, FloatArray
+from ..coupling import couple
 from ..errors import FbsError, UnknownDofError
 from ..frf import Frf, require_same_layout
 from ..joints import Joint
