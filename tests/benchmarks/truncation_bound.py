@@ -34,7 +34,7 @@ from fbs import (
 )
 from mbs_models.model.model_file import load
 from tests.random_drivetrains import DAMPINGS, Trial, Whole, random_parts
-from validation.routes.routes import EQUATIONS, build_model
+from validation.routes.source import equations_source
 
 LINES, DOFS = 200, 12
 SMALL, TOLERANCE = 50, 0.1
@@ -141,7 +141,7 @@ def cost() -> None:
     """Print what bounding takes beside truncating, summing modes and coupling."""
     axis = frequency_axis(1, 4000, 1)
     for preset in ("paper", "wind-turbine"):
-        model = build_model(EQUATIONS, load(preset))
+        model = equations_source(load(preset))
         systems = {n: replace(s, loss_factor=0.01) for n, s in model.stages.items()}
         every = list(dict.fromkeys(dof for system in systems.values() for dof in system.dofs))
         for labels in (every[:: len(every) // 5][:5], every):

@@ -29,7 +29,7 @@ from fbs import (
 
 from ..arrays import ComplexArray, FloatArray
 from ..checks.check import Check
-from ..routes.routes import Model, build_model, exudyn_source
+from ..routes.source import Source, exudyn_source
 from ..runtime.progress import Progress
 from .plan import Pair, TruncationPlan
 from .result import BasisErrors, StageBasis, TruncatedFrf, TruncationResult
@@ -60,26 +60,26 @@ class Trunk:
     plan: TruncationPlan
     frequency: FloatArray
     systems: Mapping[str, SecondOrderSystem]
-    model: Model
+    source: Source
     given: Mapping[str, Frf]
     modes: Mapping[str, RealModes]
 
     @classmethod
-    def of(cls, plan: TruncationPlan, model: Model) -> Trunk:
+    def of(cls, plan: TruncationPlan, source: Source) -> Trunk:
         """Take a model apart."""
         frequency = plan.band.frequency()
         loss = plan.loss_factor
         systems = {
             name: replace(system, loss_factor=loss) if loss else system
-            for name, system in model.stages.items()
+            for name, system in source.stages.items()
         }
         given = {
-            name: _at_ports(system, name, model, plan.pairs, frequency)
+            name: _at_ports(system, name, source, plan.pairs, frequency)
             for name, system in systems.items()
             if name not in plan.stages
         }
         modes = {name: real_modes(systems[name]) for name in plan.stages}
-        return cls(plan, frequency, systems, model, given, modes)
+        return cls(plan, frequency, systems, source, given, modes)
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -89,17 +89,17 @@ class Trunk:
     def exact(self) -> Frf:
         """FRFs of the complete stages, solved line by line."""
         frfs = {
-            name: _at_ports(system, name, self.model, self.plan.pairs, self.frequency)
+            name: _at_ports(system, name, self.source, self.plan.pairs, self.frequency)
             for name, system in self.systems.items()
         }
         joined = {name: frf for name, frf in frfs.items() if frf.responses}
-        return couple(joined, self.model.joints, self.labels, self.labels).frf
+        return couple(joined, self.source.joints, self.labels, self.labels).frf
 
     def smallest(self, highest_order: int) -> SmallestBasis:
         """The smallest basis with residuals up to an order."""
         cut = {name: self.systems[name] for name in self.plan.stages}
         return smallest_basis(
-            {**self.given, **cut}, self.model.joints, self.plan.pairs, self.frequency,
+            {**self.given, **cut}, self.source.joints, self.plan.pairs, self.frequency,
             self.plan.tolerance, highest_order,
         )  # fmt: skip
 
@@ -115,7 +115,7 @@ class Trunk:
             for name, modes in self.modes.items()
         }
         return bounded_frf(
-            {**self.given, **parts}, self.model.joints, self.frequency, self.labels, self.labels
+            {**self.given, **parts}, self.source.joints, self.frequency, self.labels, self.labels
         )
 
     def kept_below(self, limit: float) -> int:
@@ -126,11 +126,11 @@ class Trunk:
 def _at_ports(
     system: SecondOrderSystem,
     name: str,
-    model: Model,
+    source: Source,
     pairs: Sequence[Pair],
     frequency: FloatArray,
 ) -> Frf:
-    ends = [label for j in model.joints for owner, label in (j.first, j.second) if owner == name]
+    ends = [label for j in source.joints for owner, label in (j.first, j.second) if owner == name]
     asked = [label for pair in pairs for label in pair if label in system.labels]
     ports = tuple(dict.fromkeys([*ends, *asked]))
     return direct_frf(system, frequency, ports, ports)
@@ -154,7 +154,7 @@ def run(plan: TruncationPlan, progress: Progress) -> TruncationResult:
         seconds[name] = time.perf_counter() - start
 
     with step("stages"):
-        trunk = Trunk.of(plan, build_model(exudyn_source(), plan.drivetrain))
+        trunk = Trunk.of(plan, exudyn_source(plan.drivetrain))
     with step("smallest basis"):
         basis = trunk.smallest(plan.highest_order)
     with step("exact FRFs"):

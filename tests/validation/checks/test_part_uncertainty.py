@@ -11,21 +11,21 @@ import pytest
 from fbs import direct_frf, frequency_axis
 from fbs.measured.uncertainty import Scatter, sampled
 from tests.strategies import damped, paper
+from validation.checks.part_uncertainty import Noise, how_well_known, parse_noise
 from validation.errors import CommandError
-from validation.routes.part_uncertainty import Noise, how_well_known, parse_noise
-from validation.routes.routes import EQUATIONS, build_model
-from validation.routes.substitution import Replacement, interface_labels
+from validation.routes.source import equations_source
+from validation.routes.substitution import Substitution, interface_labels
 
 DRIVETRAIN = damped(paper())
-MODEL = build_model(EQUATIONS, DRIVETRAIN)
+MODEL = equations_source(DRIVETRAIN)
 AXIS = frequency_axis(20, 2000, 20)
 PAIRS = [("reducer.pinion.w", "reducer.pinion.w"), ("planetary.sun.w", "reducer.pinion.w")]
 
 
-def measured() -> Replacement:
+def measured() -> Substitution:
     frf = direct_frf(MODEL.stages["planetary"], AXIS)
-    interface = interface_labels(DRIVETRAIN, "planetary")
-    return Replacement("planetary", Path("x.uff"), frf, interface, (), (), ())
+    interface = interface_labels(MODEL, "planetary")
+    return Substitution("planetary", Path("x.uff"), frf, interface, (), (), ())
 
 
 def test_bands_hold_what_noise_does() -> None:

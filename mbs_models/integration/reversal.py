@@ -9,11 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from mbs_models.model.excitation import Excitation
-from mbs_models.signals.lines import BandNoise, Signal
+from ..model.excitation import Excitation
+from ..signals.lines import BandNoise, Signal
 
-from ..arrays import FloatArray
+FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -7,16 +7,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fbs import Frf, direct_frf
 from fbs.measured.uncertainty import Scatter, coupled_uncertainty
 
+from ..arrays import FloatArray
 from ..errors import CommandError
-from .routes import Model
-from .substitution import Replacement
+from ..routes.source import Source
+from ..routes.substitution import Substitution
 
-FloatArray = NDArray[np.float64]
 Pair = tuple[str, str]
 
 DECIBEL = 20 / np.log(10)  # dB of one neper
@@ -74,18 +73,18 @@ def parse_noise(text: str | None) -> Noise | None:
     return Noise(amplitude / 100, np.deg2rad(phase))
 
 
-def scatter_of(replacement: Replacement, noise: Noise | None) -> Scatter | None:
+def scatter_of(substitution: Substitution, noise: Noise | None) -> Scatter | None:
     """Errors of a part's FRFs: the noise stated, else the scatter of its runs; None if neither."""
     if noise is not None:
-        return Scatter.relative(replacement.frf, noise.amplitude, noise.phase)
-    if len(replacement.repeats) > 1:
-        return Scatter.of_repeats(replacement.repeats)
+        return Scatter.relative(substitution.frf, noise.amplitude, noise.phase)
+    if len(substitution.repeats) > 1:
+        return Scatter.of_repeats(substitution.repeats)
     return None
 
 
 def how_well_known(
-    model: Model,
-    replacements: Sequence[Replacement],
+    source: Source,
+    substitutions: Sequence[Substitution],
     pairs: Sequence[Pair],
     noise: Noise | None = None,
 ) -> Mapping[Pair, Known]:
@@ -95,9 +94,9 @@ def how_well_known(
 
     Parameters
     ----------
-    model
+    source
         Whose other stages the files' are coupled with.
-    replacements
+    substitutions
         The parts from files, on their lines.
     pairs
         (response, excitation) of the assembly.
@@ -109,15 +108,15 @@ def how_well_known(
     mapping
         Empty where nothing is known of any part's errors.
     """
-    errors = {r.part: s for r in replacements if (s := scatter_of(r, noise)) is not None}
+    errors = {r.part: s for r in substitutions if (s := scatter_of(r, noise)) is not None}
     if not (errors and pairs):
         return {}
-    frequency = replacements[0].frf.frequency
-    stages = {name: direct_frf(system, frequency) for name, system in model.stages.items()}
-    stages |= {r.part: r.frf for r in replacements}
+    frequency = substitutions[0].frf.frequency
+    stages = {name: direct_frf(system, frequency) for name, system in source.stages.items()}
+    stages |= {r.part: r.frf for r in substitutions}
     rows, columns = (list(dict.fromkeys(labels)) for labels in zip(*pairs, strict=True))
     carried = {
-        part: coupled_uncertainty(stages, model.joints, part, scatter, rows, columns)
+        part: coupled_uncertainty(stages, source.joints, part, scatter, rows, columns)
         for part, scatter in errors.items()
     }
     found = {}
