@@ -142,7 +142,7 @@ def differing_entries(
     )
 
 
-def in_words(found: Sequence[EntryDifference]) -> tuple[str, ...]:
+def describe(found: Sequence[EntryDifference]) -> tuple[str, ...]:
     """The most telling differences, and how many more there are."""
     words = [str(entry) for entry in found[:MAX_FINDINGS]]
     if len(found) > MAX_FINDINGS:

@@ -7,27 +7,55 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fbs import Frf
+
 FloatArray = NDArray[np.float64]
 Array = NDArray[Any]
 
 
-def scaled_error(reference: Array, other: Array) -> FloatArray:
+def row_norms(frf: Frf) -> FloatArray:
+    """h_i = √Σ_j |H_ij|², (n_line, n_response)."""
+    values = frf.values.transpose(1, 2, 0)
+    squares = np.sum(values.real**2 + values.imag**2, axis=1)
+    norms: FloatArray = np.sqrt(squares).T
+    return norms
+
+
+def scaled_error(reference: Frf, other: Frf, norms: FloatArray) -> FloatArray:
     """|ΔH_ij| / √(h_i h_j) per line, h_i the norm of row i of the reference H at that line.
 
-    Antiresonances and DoFs of different size are judged alike: an error counts against what the
+    Antiresonances and DoFs of different size are compared alike: an error counts against what the
     two DoFs do at that frequency, not against the one value that happens to vanish.
 
     Parameters
     ----------
-    reference, other
-        (n_frequency, n, n), the same DoFs as responses and excitations.
+    reference
+        Between all DoFs, responses and excitations in one order.
+    other
+        Between some of them.
+    norms
+        `row_norms` of the reference.
+
+    Returns
+    -------
+    (n_response, n_excitation, n_line), of the other's labels.
+
+    Raises
+    ------
+    ValueError
+        A DoF responds to nothing: there is nothing to scale by.
     """
-    row_norm = np.linalg.norm(reference, axis=2)
-    if np.any(row_norm == 0.0):
+    if np.any(norms == 0.0):
         raise ValueError("a DoF of the reference does not respond to anything: nothing to scale by")
-    scale = np.sqrt(row_norm[:, :, None] * row_norm[:, None, :])
-    error: FloatArray = np.abs(other - reference) / scale
-    return error
+    norm = dict(zip(reference.responses, norms.T, strict=True))
+    rows, columns = (
+        np.stack([norm[label] for label in labels]) for labels in (other.responses, other.excitations)
+    )
+    same = reference.select(other.responses, other.excitations)
+    difference = (other.values - same.values).transpose(1, 2, 0)
+    square = difference.real**2 + difference.imag**2
+    square /= rows[:, None] * columns
+    return np.sqrt(square, out=square)
 
 
 def decibel_difference(reference: Array, other: Array) -> FloatArray:

@@ -10,7 +10,7 @@ import numpy as np
 
 from fbs import Frf, SecondOrderSystem, couple, direct_frf, frequency_axis
 
-from ..routes.routes import Model
+from ..routes.source import Source
 from .model import PaperCase, Systems, with_loss_factor
 from .results import ComplexArray, Curve, Difference, FloatArray
 
@@ -143,7 +143,7 @@ def points_of(system: SecondOrderSystem, points: Sequence[str]) -> tuple[str, ..
 
 
 def couple_points(
-    model: Model, lines: FloatArray, points: Sequence[str], loss_factor: float = 0.0
+    model: Source, lines: FloatArray, points: Sequence[str], loss_factor: float = 0.0
 ) -> Frf:
     """The stages' FRFs at the points (the hub among them), coupled."""
     stages = {}

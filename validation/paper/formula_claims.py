@@ -12,7 +12,7 @@ from fbs.condensation import block_dofs
 from ..checks.frfs import FRF_TOLERANCE
 from ..checks.metrics import scaled_error
 from ..routes import equations
-from ..routes.routes import exudyn_source
+from ..routes.source import exudyn_source
 from . import printed
 from .appendix_claims import appendix_claims
 from .condensation import condensations, locked_check
@@ -67,7 +67,7 @@ def ring_mesh_claim(case: PaperCase) -> Claim:
         )
     }
     bare = case.drivetrain.model_copy(update={"couplings": ()})
-    exact = natural_frequencies(exudyn_source().stage(bare, stage.name))
+    exact = natural_frequencies(exudyn_source(bare).stage(stage.name))
     shift, own, misprinted = largest_shift(
         exact, natural_frequencies(_with_ring_mesh(case, printed.ring_deflection))
     )
@@ -129,7 +129,7 @@ def unconnected_claim(bench: FrfBench) -> Claim:
     case = bench.case
     rows = len(printed.bearing_matrix_a(case.parallel))
     dofs = len(case.internal_a) + 1
-    loose = exudyn_source().whole(case.with_wheel_spring(0.0).drivetrain)
+    loose = exudyn_source(case.with_wheel_spring(0.0).drivetrain).whole
     free = real_modes(loose)
     frf = direct_frf(loose, PROBE_HZ, case.internal_b, case.internal_a)
     passed = float(np.max(np.abs(frf.values)))
@@ -183,7 +183,7 @@ def _mesh_shift(case: PaperCase, helix_angle: float) -> tuple[float, float, floa
         for s in lumped.springs
     )
     misprinted = equations.assemble(equations.Lumped(lumped.inertias, springs), bare.damping)
-    exact = exudyn_source().stage(bare, stage.name)
+    exact = exudyn_source(bare).stage(stage.name)
     return largest_shift(natural_frequencies(exact), natural_frequencies(misprinted))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -10,7 +11,7 @@ from mbs_models.model.model_file import load
 from mbs_models.model.parameters import Coupling, Drivetrain, ParallelStage, PlanetaryStage
 
 from ..errors import CommandError
-from ..routes.routes import EQUATIONS, Model, Source, build_model, exudyn_source
+from ..routes.source import Source, equations_source, exudyn_source
 from .results import DofName
 
 PAPER, TABLE_2 = "Lin & Parker (1999)", "Table 2 as printed"
@@ -186,24 +187,23 @@ class Systems:
 
     def __init__(self, case: PaperCase) -> None:
         self.case = case
-        self._models: dict[tuple[str, float], Model] = {}
+        self._sources: dict[tuple[str, float], Source] = {}
         self._modes: dict[tuple[float, str], RealModes] = {}
 
-    def model(self, source: Source, shaft: float | None = None) -> Model:
-        """Whole system and stages of a source, with k_sw = ``shaft`` (default: the case's own)."""
-        stiffness = self.case.shaft_stiffness if shaft is None else shaft
-        key = (source.name, stiffness)
-        if key not in self._models:
-            self._models[key] = build_model(source, self.case.with_shaft(stiffness).drivetrain)
-        return self._models[key]
+    def exudyn(self, shaft: float | None = None) -> Source:
+        """exudyn's systems, with k_sw = ``shaft`` (default: the case's own)."""
+        return self._source(exudyn_source, shaft)
 
-    def exudyn(self, shaft: float | None = None) -> Model:
-        """exudyn's systems."""
-        return self.model(exudyn_source(), shaft)
-
-    def equations(self, shaft: float | None = None) -> Model:
+    def equations(self, shaft: float | None = None) -> Source:
         """The equations' systems."""
-        return self.model(EQUATIONS, shaft)
+        return self._source(equations_source, shaft)
+
+    def _source(self, make: Callable[[Drivetrain], Source], shaft: float | None) -> Source:
+        stiffness = self.case.shaft_stiffness if shaft is None else shaft
+        key = (make.__name__, stiffness)
+        if key not in self._sources:
+            self._sources[key] = make(self.case.with_shaft(stiffness).drivetrain)
+        return self._sources[key]
 
     def modes(self, part: str = "", shaft: float | None = None) -> RealModes:
         """Modes of exudyn's matrices: of the whole (``""``), or of a stage with its half hub."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from fbs import Frf, Joint, SecondOrderSystem, couple, direct_frf, modal_frf
 
-from ..routes.routes import Model, exudyn_source
+from ..routes.source import Source, exudyn_source
 from .curves import FrfBench, PaperBand, axis
 from .model import PaperCase
 from .results import FloatArray, Timing, TimingStudy
@@ -57,7 +57,7 @@ def timing_study(bench: FrfBench) -> TimingStudy:
 
 
 def _coupled(
-    model: Model, lines: FloatArray, synthesis: Callable[[SecondOrderSystem, FloatArray], Frf]
+    model: Source, lines: FloatArray, synthesis: Callable[[SecondOrderSystem, FloatArray], Frf]
 ) -> Frf:
     stages = {name: synthesis(system, lines) for name, system in model.stages.items()}
     return couple(stages, model.joints).frf
@@ -67,15 +67,14 @@ class SplitAtShaft:
     """Subsystem A with the whole hub, subsystem B without, and k_sw as the joint between them."""
 
     def __init__(self, case: PaperCase) -> None:
-        source = exudyn_source()
         a, b = case.parallel.name, case.planetary.name
         bare = case.drivetrain.model_copy(update={"couplings": ()})
         whole_hub = case.with_hub(2.0 * case.coupling.hub_mass).drivetrain
         ratio = case.coupling.radius / case.planetary.sun.base_radius
         sun, self.end = f"{b}.sun.w", f"{b}.sun.w at the hub"
-        stage = source.stage(bare, b)
+        stage = exudyn_source(bare).stage(b)
         self.stages = {
-            a: source.stage(whole_hub, a),
+            a: exudyn_source(whole_hub).stage(a),
             b: SecondOrderSystem(
                 stage.mass, stage.damping, stage.stiffness, stage.dofs, {self.end: (sun, ratio)}
             ),

@@ -8,7 +8,8 @@ from mbs_models.model.parameters import Drivetrain
 
 from ..errors import CommandError
 from .bands import Band
-from .routes import EQUATIONS, known_part
+from .routes import has_loops, known_part
+from .source import equations_source
 
 MOST_BYTES = 2e9  # a sweep's results have the same limit
 COMPLEX = 16  # bytes
@@ -84,12 +85,12 @@ def frf_count(
     CommandError
         There is no such stage.
     """
+    source = equations_source(drivetrain)
     if stage is None:
-        n_dofs = len(EQUATIONS.whole(drivetrain).labels)
+        n_dofs = len(source.whole.labels)
     else:
-        n_dofs = len(EQUATIONS.stage(drivetrain, known_part(drivetrain, stage, "--stage")).labels)
-    loops = len(drivetrain.couplings) > len(drivetrain.parts) - len(drivetrain.groups())
-    if route == "fbs" and (responses is None or excitations is None or loops):
+        n_dofs = len(source.stage(known_part(drivetrain, stage, "--stage")).labels)
+    if route == "fbs" and (responses is None or excitations is None or has_loops(drivetrain)):
         return n_dofs**2  # the stages are coupled with all they have
     return _number(responses, n_dofs) * _number(excitations, n_dofs)
 

@@ -15,7 +15,8 @@ from mbs_models.model.parameters import Drivetrain
 
 from ..errors import CommandError, require_frequencies
 from . import frf_input
-from .routes import EQUATIONS, coupling_joints, known_part
+from .routes import known_part
+from .source import Source, equations_source
 from .substitution_checks import implausible, square_labels
 
 FloatArray = NDArray[np.float64]
@@ -24,7 +25,7 @@ SAME_STEP = 1e-9  # relative: the round-off of decimal input
 
 
 @dataclass(frozen=True, eq=False)
-class Replacement:
+class Substitution:
     """A part's FRFs from a file.
 
     Attributes
@@ -40,7 +41,7 @@ class Replacement:
     unknown
         The file's labels that the model does not have.
     warnings
-        What is odd about the file.
+        What is implausible about the file.
     """
 
     part: str
@@ -52,19 +53,19 @@ class Replacement:
     warnings: tuple[str, ...]
 
 
-def read_replacements(
+def read_substitutions(
     drivetrain: Drivetrain,
     given: Sequence[str],
     fmin: float | None = None,
     fmax: float | None = None,
     df: float | None = None,
-) -> tuple[Replacement, ...]:
+) -> tuple[Substitution, ...]:
     """Read the files of ``--replace PART=FILE``.
 
     Parameters
     ----------
     drivetrain
-        Whose parts are replaced.
+        Whose parts are substituted.
     given
         The options, one for each part.
     fmin, fmax
@@ -79,7 +80,8 @@ def read_replacements(
     """
     require_frequencies(fmin=fmin, fmax=fmax, df=df)
     paths = _paths(drivetrain, given)
-    found = tuple(_replacement(drivetrain, part, path, fmin, fmax) for part, path in paths.items())
+    source = equations_source(drivetrain)
+    found = tuple(_substitution(source, part, path, fmin, fmax) for part, path in paths.items())
     for other in found[1:]:
         _refuse_other_axis(found[0], other)
     if found and df is not None:
@@ -87,10 +89,9 @@ def read_replacements(
     return found
 
 
-def interface_labels(drivetrain: Drivetrain, part: str) -> tuple[str, ...]:
+def interface_labels(source: Source, part: str) -> tuple[str, ...]:
     """Labels of the DoFs at which a part is coupled."""
-    joints = [joint for c in drivetrain.couplings for joint in coupling_joints(drivetrain, c)]
-    ends = [end for joint in joints for end in (joint.first, joint.second)]
+    ends = [end for joint in source.joints for end in (joint.first, joint.second)]
     return tuple(dict.fromkeys(label for owner, label in ends if owner == part))
 
 
@@ -112,13 +113,13 @@ def _paths(drivetrain: Drivetrain, given: Sequence[str]) -> dict[str, Path]:
     return paths
 
 
-def _replacement(
-    drivetrain: Drivetrain, part: str, path: Path, fmin: float | None, fmax: float | None
-) -> Replacement:
-    interface = interface_labels(drivetrain, part)
-    system = EQUATIONS.stage(drivetrain, part)
+def _substitution(
+    source: Source, part: str, path: Path, fmin: float | None, fmax: float | None
+) -> Substitution:
+    interface = interface_labels(source, part)
+    system = source.stage(part)
     frf = frf_input.read(path)
-    _refuse_other_parts(drivetrain, part, path, frf)
+    _refuse_other_parts(source, part, path, frf)
     _refuse_missing_interface(part, path, frf, interface)
     rows, columns = (
         [label for label in labels if label in system.labels]
@@ -134,15 +135,15 @@ def _replacement(
     static = frf.frequency[0] == 0.0 and (fmin is None or fmin <= 0.0)
     known = frf.select(rows, columns).band(lines[0], lines[-1]).to("receptance")
     own = direct_frf(system, known.frequency, interface, interface) if interface else known
-    odd = [*_notes(static, unknown), *implausible(known, own, interface)]
-    return Replacement(
+    notes = [*_notes(static, unknown), *implausible(known, own, interface)]
+    return Substitution(
         part=part,
         path=path,
         frf=known,
         interface=interface,
         left_out=tuple(x for x in system.labels if x not in square_labels(known)),
         unknown=tuple(unknown),
-        warnings=tuple(f"{path} ('{part}'): {words}" for words in odd),
+        warnings=tuple(f"{path} ('{part}'): {words}" for words in notes),
     )
 
 
@@ -155,15 +156,15 @@ def _notes(static: bool, unknown: Mapping[str, None]) -> list[str]:
     return notes
 
 
-def _refuse_other_parts(drivetrain: Drivetrain, part: str, path: Path, frf: Frf) -> None:
+def _refuse_other_parts(source: Source, part: str, path: Path, frf: Frf) -> None:
     """FRFs of the whole drivetrain are no part's."""
-    own = EQUATIONS.stage(drivetrain, part).labels
-    for other in drivetrain.parts:
-        theirs = EQUATIONS.stage(drivetrain, other.name).labels
+    own = source.stage(part).labels
+    for name, other in source.stages.items():
+        theirs = other.labels
         strange = [x for x in frf.responses + frf.excitations if x in theirs and x not in own]
-        if other.name != part and strange:
+        if name != part and strange:
             raise CommandError(
-                f"{path}: {strange[0]!r} belongs to '{other.name}', not to '{part}'; FRFs of "
+                f"{path}: {strange[0]!r} belongs to '{name}', not to '{part}'; FRFs of "
                 f"'{part}' alone are needed (crosscheck frf --stage {part} writes such a file)"
             )
 
@@ -190,7 +191,7 @@ def _lines(path: Path, frequency: FloatArray, fmin: float | None, fmax: float | 
     return lines
 
 
-def _refuse_other_axis(first: Replacement, other: Replacement) -> None:
+def _refuse_other_axis(first: Substitution, other: Substitution) -> None:
     try:
         require_same_frequency(
             first.frf.frequency,
@@ -203,11 +204,11 @@ def _refuse_other_axis(first: Replacement, other: Replacement) -> None:
         ) from error
 
 
-def _refuse_other_step(replacement: Replacement, df: float) -> None:
-    steps = np.diff(replacement.frf.frequency)
+def _refuse_other_step(substitution: Substitution, df: float) -> None:
+    steps = np.diff(substitution.frf.frequency)
     if not np.all(np.abs(steps - df) <= SAME_STEP * df):
         raise CommandError(
-            f"--df = {df:g}: the lines are those of {replacement.path}, {steps.min():.6g} to "
+            f"--df = {df:g}: the lines are those of {substitution.path}, {steps.min():.6g} to "
             f"{steps.max():.6g} Hz apart; leave --df out with --replace"
         )
 

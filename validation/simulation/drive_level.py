@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from fbs import Frf, Quantity, Record
 from mbs_models.gears.operating_point import OperatingPoint
-from mbs_models.integration.integrators import TRAPEZOIDAL, Integrator
-from mbs_models.integration.steady_state import steady_start
-from mbs_models.integration.time_integration import SimulationError, simulate
+from mbs_models.integration.integrators import Integrator
+from mbs_models.integration.periodic_orbit import periodic_response
+from mbs_models.integration.time_integration import SimulationError
 from mbs_models.model.excitation import Excitation
 from mbs_models.model.parameters import Drivetrain
 from mbs_models.signals.lines import Multisine, Signal
@@ -27,7 +27,6 @@ from mbs_models.system.linearization import linearize
 
 from ..errors import CommandError
 from .estimates import DECIBEL_TOLERANCE, EstimatedFrfs, compare_with_fbs, multisine_frf, unbent
-from .reversal import odd_part, reversed_excitation
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[str, int, int], None]
@@ -231,40 +230,27 @@ def _level(
     reverse: bool,
 ) -> Level:
     signal = excitation.signal
-    linear = point.linear if point else linearize(system)
-    start = steady_start(
-        linear, excitation.dof, signal.frequency, signal.spectrum, warped_step(integrator)
-    )
     size = round(signal.period * sampling_frequency)
     force = signal.samples(size)
     levels = float(np.abs(force).max()), float(np.sqrt(np.mean(force**2)))
-    rest = np.zeros((2, len(linear.dofs)))
-    if point is not None:
-        rest[0] = point.displacement
-
-    def run(driving: Excitation[Signal], sign: float) -> FloatArray:
-        record = simulate(
-            system,
-            (driving, *(point.loads if point else ())),
-            duration=PERIODS * signal.period,
-            integrator=integrator,
-            sampling_frequency=sampling_frequency,
-            start_state=(rest[0] + sign * start[0], rest[1] + sign * start[1]),
-            responses=responses,
-            record=("velocity",),
-        )
-        assert record.velocity is not None
-        return record.velocity
-
     try:
-        velocity = run(excitation, 1.0)
-        if reverse:
-            velocity = odd_part(velocity, run(reversed_excitation(excitation), -1.0))
+        velocity = periodic_response(
+            system,
+            point.linear if point else linearize(system),
+            excitation,
+            integrator,
+            sampling_frequency=sampling_frequency,
+            periods=PERIODS,
+            loads=point.loads if point else (),
+            static=point.displacement if point else None,
+            responses=responses,
+            reverse=reverse,
+        ).velocity
     except SimulationError:
         return Level(factor, *levels, None, np.inf)
     steady = Record(
         sampling_frequency,
-        signal.samples(size)[:, None],
+        force[:, None],
         velocity[-size:],
         (excitation.dof,),
         tuple(responses),
@@ -279,11 +265,6 @@ def _level(
         compare_with_fbs(unbent(estimate, integrator), drivetrain, point=point),
         float(change),
     )
-
-
-def warped_step(integrator: Integrator) -> float | None:
-    """The step of the trapezoidal rule, which bends frequencies; None for other integrators."""
-    return integrator.step if integrator.name == TRAPEZOIDAL else None
 
 
 def frf_of(levels: DriveLevels) -> Frf | None:

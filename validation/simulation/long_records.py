@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbs_models.errors import ModelError
-
-from .reversal import odd_part
+from mbs_models.integration.reversal import odd_part
 
 FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.int_]

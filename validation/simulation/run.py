@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from fbs import Quantity, Record
 from fbs.errors import FbsError
 from mbs_models.gears.operating_point import OperatingPoint, operating_point
+from mbs_models.integration.reversal import reversed_excitation
 from mbs_models.integration.time_integration import simulate
 from mbs_models.integration.transient_record import TransientRecord
 from mbs_models.model.excitation import Excitation
@@ -38,7 +39,6 @@ from .long_records import channels, odd_channels
 from .plan import Plan, excited_by_meshes, plan
 from .proof import run_checks
 from .results import Request, Simulation
-from .reversal import reversed_excitation
 from .ringing import ringing, ringing_warning
 
 T = TypeVar("T")

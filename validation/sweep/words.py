@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from mbs_models.model.parameters import Drivetrain
 
-from ..routes.routes import EQUATIONS
+from ..routes.source import equations_source
 from .metrics import BandMetric
 from .output import Sweep
 from .task import base_values
@@ -40,7 +40,7 @@ def failures(sweep: Sweep, most: int) -> tuple[str, ...]:
 def hints(sweep: Sweep, drivetrain: Drivetrain) -> tuple[str, ...]:
     """What a reader of the metrics should know."""
     of_peaks = any(isinstance(metric, BandMetric) for metric in sweep.task.metrics)
-    if not (of_peaks and EQUATIONS.whole(drivetrain).undamped):
+    if not (of_peaks and equations_source(drivetrain).whole.undamped):
         return ()
     return (
         "the model has no damping: how high a peak is depends on how near a line it lies; give the "

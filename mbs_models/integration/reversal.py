@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mbs_models.model.excitation import Excitation
-from mbs_models.signals.lines import BandNoise, Signal
+from ..model.excitation import Excitation
+from ..signals.lines import BandNoise, Signal
 
 FloatArray = NDArray[np.float64]
 
