@@ -385,20 +385,25 @@ def speed(
 ) -> None:
     """Mesh and bearing forces and vibration over the speed range, by harmonic balance."""
     from .inspection import frf_output
-    from .speed.command import Options, run_command
+    from .speed.command import run_command
 
-    options = Options(
-        model=model,
+    result = run_command(
+        model,
+        out,
         speed=speed,
         torque=torque,
-        response=() if response is None else frf_output.labels("--response", response),
+        responses=() if response is None else frf_output.labels("--response", response),
         harmonics=harmonics,
         check=check,
         workers=workers,
         executor=executor,
-        out=out,
     )
-    if not run_command(options).agrees:
+    end(result.agrees)
+
+
+def end(agrees: bool) -> None:
+    """End a command that has a verdict."""
+    if not agrees:
         raise typer.Exit(1)
 
 

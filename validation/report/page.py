@@ -6,8 +6,8 @@ are read. Text is escaped; `markupsafe.Markup` stands as it is.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 from ..checks.check import Check
@@ -62,6 +62,15 @@ class Table:
     style: str = ""
     row_styles: Mapping[int, str] = field(default_factory=dict)
     empty: str = ""
+
+    def with_columns(self, columns: Sequence[int]) -> Table:
+        """Some of its columns, as for a terminal."""
+        return replace(
+            self,
+            headings=tuple(self.headings[column] for column in columns),
+            rows=tuple(tuple(row[column] for column in columns) for row in self.rows),
+            numbers=frozenset(n for n, column in enumerate(columns) if column in self.numbers),
+        )
 
 
 @dataclass(frozen=True)

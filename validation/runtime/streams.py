@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from time import monotonic
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from .progress import Progress as Step
 
 BETWEEN_LINES = 10.0  # s, of progress where there is no terminal
 
@@ -20,7 +22,7 @@ def warn(warnings: Sequence[str]) -> None:
 
 
 @contextmanager
-def progress_bars() -> Iterator[Callable[[str, int, int], None]]:
+def progress_bars() -> Iterator[Step]:
     """A progress bar on standard error, gone when done; where nobody watches, a line now and then.
 
     A line every ten seconds: what is done before is not worth one.
@@ -50,10 +52,10 @@ class _Lines:
     """Progress line by line."""
 
     def __init__(self) -> None:
-        self.began = self.told = monotonic()
+        self.began = self.last = monotonic()
 
     def __call__(self, name: str, done: int, total: int) -> None:
         now = monotonic()
-        if now - self.told >= BETWEEN_LINES:
-            self.told = now
+        if now - self.last >= BETWEEN_LINES:
+            self.last = now
             print(f"{name}: {done} of {total}, {now - self.began:.0f} s", file=sys.stderr)

@@ -16,10 +16,9 @@ from mbs_models.system.components import Components, SpringKind
 from mbs_models.system.drivetrain import build_drivetrain
 from mbs_models.system.read_back import components
 
+from ..arrays import FloatArray
 from ..routes.periodic_meshes import PeriodicDrivetrain, parametric
 from .plan import SpeedPlan
-
-FloatArray = NDArray[np.float64]
 
 # Harmonics solved for beyond those shown: they leave 0.2 % in the last one shown where trapezoids
 # excite modes up there, and 10 instead 5 %.

@@ -1,4 +1,4 @@
-"""exudyn's time integration beside the harmonic balance at one speed.
+"""The reference of a steady state: exudyn's time integration beside the balance at one speed.
 
 The run starts in the steady state of the harmonic balance, so that nothing has to die out if that
 is right. What is wrong in it rings at natural frequencies, while the lines of the meshes are forced
@@ -33,14 +33,12 @@ from mbs_models.integration.time_integration import simulate
 from mbs_models.system.drivetrain import build_drivetrain
 from mbs_models.system.linearization import LinearizedSystem, linearize
 
+from ..arrays import BoolArray, ComplexArray, FloatArray
 from ..checks.check import Check
 from ..errors import CommandError
+from ..runtime.progress import Progress
 from .lines import line_names
 from .turning import Turning, shown_lines
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
-Progress = Callable[[str, int, int], None]
 
 ROUTES = ("exudyn in time", "harmonic balance")
 LEAST = 0.01  # of a quantity's largest line: fainter ones are not judged
@@ -62,7 +60,7 @@ LONGEST_RUN_IN = 3.0  # s; lines near modes that take longer are not judged
 
 
 @dataclass(frozen=True, eq=False)
-class Witness:
+class TimeReference:
     """Amplitudes of the lines by both routes at one speed.
 
     Attributes
@@ -75,7 +73,7 @@ class Witness:
         The channels: forces of meshes (N), then accelerations of DoFs (m/s²).
     balance, time
         (n_line, n_channel) lines Re x e^{jωt} by harmonic balance, and from exudyn's record.
-    waited, judged
+    waited, comparable
         (n_line, n_channel) which can be told, and which of them had settled.
     integrator, run_in, measured
         How it was run, and how long (s).
@@ -88,8 +86,8 @@ class Witness:
     dofs: tuple[str, ...]
     balance: ComplexArray
     time: ComplexArray
-    waited: NDArray[np.bool_]
-    judged: NDArray[np.bool_]
+    waited: BoolArray
+    comparable: BoolArray
     integrator: Integrator
     run_in: float
     measured: float
@@ -97,7 +95,7 @@ class Witness:
     @property
     def unsettled(self) -> int:
         """How many amplitudes that can be told had not settled."""
-        return int((self.waited & ~self.judged).sum())
+        return int((self.waited & ~self.comparable).sum())
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -107,11 +105,11 @@ class Witness:
     @property
     def ratio(self) -> FloatArray:
         """|time|/|balance| of the amplitudes judged, 1 elsewhere (n_line, n_channel)."""
-        size = np.where(self.judged, np.abs(self.balance), 1.0)
-        return np.asarray(np.where(self.judged, np.abs(self.time), 1.0) / size)
+        size = np.where(self.comparable, np.abs(self.balance), 1.0)
+        return np.asarray(np.where(self.comparable, np.abs(self.time), 1.0) / size)
 
 
-def witness(turning: Turning, speed_rpm: float, progress: Progress) -> Witness:
+def time_reference(turning: Turning, speed_rpm: float, progress: Progress) -> TimeReference:
     """Integrate the turning gearbox at one speed, and read its lines.
 
     Raises
@@ -131,7 +129,7 @@ def witness(turning: Turning, speed_rpm: float, progress: Progress) -> Witness:
     if not (loudness[shown] > LEAST).any():
         raise CommandError(f"--check = {speed_rpm:g}: the steady state has no vibration to compare")
     layout = _layout(linear, loudness[shown], frequency[shown])
-    if not layout.judged.any():
+    if not layout.comparable.any():
         raise CommandError(
             f"--check = {speed_rpm:g}: no line can be told from its neighbours and from slow modes "
             f"within {LONGEST_RUN_IN + layout.measured:.3g} s; give another speed, or more damping"
@@ -145,7 +143,7 @@ def witness(turning: Turning, speed_rpm: float, progress: Progress) -> Witness:
             turning, point, found, layout, frequency[fit], Path(folder) / "run",
             lambda _, done, total: progress(f"exudyn at {speed_rpm:g} rpm", done, total),
         )  # fmt: skip
-    return Witness(
+    return TimeReference(
         speed_rpm=speed_rpm,
         names=line_names(turning)[1:],
         frequency=frequency[shown],
@@ -153,8 +151,8 @@ def witness(turning: Turning, speed_rpm: float, progress: Progress) -> Witness:
         dofs=linear.dofs,
         balance=_channels(found)[shown],
         time=time[shown],
-        waited=layout.judged,
-        judged=layout.judged & settled[shown],
+        waited=layout.comparable,
+        comparable=layout.comparable & settled[shown],
         integrator=layout.integrator,
         run_in=layout.run_in,
         measured=layout.measured,
@@ -165,7 +163,7 @@ def witness(turning: Turning, speed_rpm: float, progress: Progress) -> Witness:
 class _Layout:
     """How a run is laid out, and which lines (n_line, n_channel) it can judge."""
 
-    judged: NDArray[np.bool_]
+    comparable: BoolArray
     integrator: Integrator
     run_in: float
     measured: float
@@ -183,9 +181,9 @@ def _layout(linear: LinearizedSystem, loudness: FloatArray, frequency: FloatArra
     distance = np.abs(np.subtract.outer(frequency, lines))
     alone = np.where(distance > 0.0, distance, np.inf).min(axis=1) > 0.999 * reach
     waits = _waits(linear, frequency, reach)
-    judged = loud & (alone & (waits <= LONGEST_RUN_IN))[:, None]
-    run_in = float(waits[judged.any(axis=1)].max(initial=PERIODS / float(lines.max())))
-    return _Layout(judged, integrator, run_in, measured)
+    comparable = loud & (alone & (waits <= LONGEST_RUN_IN))[:, None]
+    run_in = float(waits[comparable.any(axis=1)].max(initial=PERIODS / float(lines.max())))
+    return _Layout(comparable, integrator, run_in, measured)
 
 
 def _loudness(channels: ComplexArray, n_mesh: int) -> FloatArray:
@@ -227,7 +225,7 @@ def _measure(
     frequency: FloatArray,
     store: Path,
     progress: Progress,
-) -> tuple[ComplexArray, NDArray[np.bool_]]:
+) -> tuple[ComplexArray, BoolArray]:
     """Integrate from the steady state, and read some lines (n_line, n_channel); which had settled.
 
     Accelerations are jω′ times the lines of the velocity, as the trapezoidal rule has them: its own
@@ -315,13 +313,13 @@ def fitted(
     return np.asarray(found[:n] + 1j * found[n : 2 * n])
 
 
-def witness_checks(witnesses: Sequence[Witness]) -> tuple[Check, ...]:
+def reference_checks(references: Sequence[TimeReference]) -> tuple[Check, ...]:
     """Verdicts on mesh forces and accelerations at every speed."""
-    return tuple(check for found in witnesses for check in _checks(found))
+    return tuple(check for reference in references for check in _checks(reference))
 
 
-def _checks(found: Witness) -> tuple[Check, ...]:
-    ratio, n = found.ratio, len(found.meshes)
+def _checks(reference: TimeReference) -> tuple[Check, ...]:
+    ratio, n = reference.ratio, len(reference.meshes)
     relative = np.abs(ratio - 1.0)
     with np.errstate(divide="ignore"):
         decibels = np.abs(20.0 * np.log10(ratio))
@@ -336,48 +334,51 @@ def _checks(found: Witness) -> tuple[Check, ...]:
         ("accelerations by order", "largest difference of an amplitude, dB", decibels,
          DECIBEL_TOLERANCE, slice(n, None)),
     )  # fmt: skip
-    return (*_settling(found), *(
+    unsettled = f"; {reference.unsettled} more, of both kinds, had not settled"
+    unsettled *= bool(reference.unsettled)
+    return (*_settling(reference), *(
         Check(
-            name, f"at {found.speed_rpm:.6g} rpm", ROUTES, measure,
+            name, f"at {reference.speed_rpm:.6g} rpm", ROUTES, measure,
             float(values[:, part].max()), tolerance, reason,
-            _findings(found, values[:, part] > tolerance, part.start),
-            f"{int(found.judged[:, part].sum())} amplitudes above 1 % of the largest"
-            + (f"; {found.unsettled} more, of both kinds, had not settled" * bool(found.unsettled)),
+            _findings(reference, values[:, part] > tolerance, part.start),
+            f"{int(reference.comparable[:, part].sum())} amplitudes above 1 % of the largest"
+            + unsettled,
         )
         for name, measure, values, tolerance, part in kinds
-        if found.judged[:, part].any()
+        if reference.comparable[:, part].any()
     ))  # fmt: skip
 
 
-def _settling(found: Witness) -> tuple[Check, ...]:
+def _settling(reference: TimeReference) -> tuple[Check, ...]:
     """The run starts in the other route's steady state: what does not settle contradicts it."""
-    waited = int(found.waited.sum())
+    waited = int(reference.waited.sum())
     if not waited:
         return ()
-    share = found.unsettled / waited
+    share = reference.unsettled / waited
     return (
         Check(
-            "steady state", f"at {found.speed_rpm:.6g} rpm", ROUTES,
+            "steady state", f"at {reference.speed_rpm:.6g} rpm", ROUTES,
             "share of amplitudes that had not settled", share, MAY_RING,
             "exudyn starts in the steady state of the balance, and stays there if that is right; "
             "what is forced settles at once, what is not rings",
-            (f"{found.unsettled} of {waited} amplitudes differ by more than {SETTLED:.0%} between "
-             "the two halves of the record: exudyn does not stay in the balance's steady state",)
+            (f"{reference.unsettled} of {waited} amplitudes differ by more than {SETTLED:.0%} "
+             "between the two halves of the record: exudyn does not stay in the balance's steady "
+             "state",)
             if share > MAY_RING else (),
         ),
     )  # fmt: skip
 
 
-def torque_hint(found: Witness, lower: Witness, share: float) -> str:
+def torque_hint(reference: TimeReference, lower: TimeReference, share: float) -> str:
     """What a share of the torque makes of a disagreement: is the gearbox not linear there?
 
     All that the meshes excite grows with the torque, but for transmission errors; of what is not
     linear in the motion a share is left.
     """
     here, there = (
-        max(check.value / check.tolerance for check in _checks(w)) for w in (found, lower)
+        max(check.value / check.tolerance for check in _checks(each)) for each in (reference, lower)
     )
-    start = f"At {share:g} of the torque the largest difference at {found.speed_rpm:g} rpm is "
+    start = f"At {share:g} of the torque the largest difference at {reference.speed_rpm:g} rpm is "
     if there < here / 2.0:
         return (
             f"{start}{there / here:.0%} of the one here: at this load the vibration is not linear "
@@ -390,28 +391,29 @@ def torque_hint(found: Witness, lower: Witness, share: float) -> str:
     )
 
 
-def witness_warnings(witnesses: Sequence[Witness]) -> tuple[str, ...]:
+def reference_warnings(references: Sequence[TimeReference]) -> tuple[str, ...]:
     """Where exudyn in time cannot tell."""
     told = []
-    for found in witnesses:
-        n = len(found.meshes)
+    for reference in references:
+        n = len(reference.meshes)
         for kind, part in (("mesh forces", slice(0, n)), ("accelerations", slice(n, None))):
-            if not found.judged[:, part].any():
+            if not reference.comparable[:, part].any():
                 told.append(
-                    f"exudyn in time at {found.speed_rpm:g} rpm cannot tell {kind}: no line had "
-                    "settled, or can be told from its neighbours"
+                    f"exudyn in time at {reference.speed_rpm:g} rpm cannot tell {kind}: no line "
+                    "had settled, or can be told from its neighbours"
                 )
     return tuple(told)
 
 
-def _findings(found: Witness, wrong: NDArray[np.bool_], first: int) -> tuple[str, ...]:
+def _findings(reference: TimeReference, wrong: BoolArray, first: int) -> tuple[str, ...]:
     told = []
     for line, column in np.argwhere(wrong):
         at = column + first
-        unit = "N" if at < len(found.meshes) else "m/s²"
+        unit = "N" if at < len(reference.meshes) else "m/s²"
         told.append(
-            f"{found.channels[at]}, {found.names[line]} ({found.frequency[line]:.5g} Hz): "
-            f"{abs(found.time[line, at]):.4g} {unit} in time, "
-            f"{abs(found.balance[line, at]):.4g} {unit} by harmonic balance"
+            f"{reference.channels[at]}, {reference.names[line]} "
+            f"({reference.frequency[line]:.5g} Hz): "
+            f"{abs(reference.time[line, at]):.4g} {unit} in time, "
+            f"{abs(reference.balance[line, at]):.4g} {unit} by harmonic balance"
         )
     return tuple(told)

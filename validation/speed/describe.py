@@ -1,4 +1,4 @@
-"""A speed study in words: quantities as engineers write them, and its findings in sentences."""
+"""A speed study in sentences."""
 
 from __future__ import annotations
 
@@ -9,11 +9,9 @@ import numpy as np
 from mbs_models.gears.resonances import Margin
 
 from ..report.digits import engineering
-from .findings import Parting, Peak, energy_in_words
+from .findings import Parting, Peak, describe_energy
 from .instability import Unstable
-from .study import SpeedResult
-
-LISTED_MARGINS = 12
+from .result import SpeedResult
 
 
 def verdict(result: SpeedResult) -> str:
@@ -21,14 +19,14 @@ def verdict(result: SpeedResult) -> str:
     wrong = sum(not check.agrees for check in result.checks)
     if wrong:
         return f"{wrong} of {len(result.checks)} checks disagree"
-    agreed = "; exudyn in time agrees" if result.witnessed else ""
+    agreed = "; exudyn in time agrees" if result.compared_in_time else ""
     return summary(result) + agreed
 
 
 def summary(result: SpeedResult) -> str:
     """What stands out most."""
-    plan, found = result.turning.plan, result.found
-    if found is None:
+    plan = result.turning.plan
+    if result.states is None:
         return "Nothing excites: no mesh varies under load, and none has a transmission error"
     reach = f"{plan.speeds[0]:.5g} to {plan.speeds[-1]:.5g} rpm of {plan.input}"
     if not result.peaks:
@@ -44,7 +42,7 @@ def conclusions(result: SpeedResult) -> tuple[str, ...]:
 
 
 def _conclusions(result: SpeedResult) -> Iterator[str]:
-    if result.found is None:
+    if result.states is None:
         yield (
             "Mesh forces are the static ones at every speed. What excites are a mesh_variation "
             "under torque, or a mesh_transmission_error."
@@ -53,27 +51,27 @@ def _conclusions(result: SpeedResult) -> Iterator[str]:
     if not result.agrees:
         yield f"{summary(result)}."
     if result.unstable:
-        listed = "; ".join(unstable_in_words(unstable) for unstable in result.unstable)
+        listed = "; ".join(describe_unstable(unstable) for unstable in result.unstable)
         yield f"Parametrically unstable: {listed}. The steady state is not reached there."
-    elif np.isfinite(result.found.growth).any():
+    elif np.isfinite(result.states.growth).any():
         yield "Floquet theory: stable at every speed."
     for parting in result.partings:
-        yield parting_in_words(parting)
+        yield describe_parting(parting)
     if result.margins:
-        yield margins_in_words(result)
+        yield describe_margins(result)
 
 
-def unstable_in_words(unstable: Unstable) -> str:
+def describe_unstable(unstable: Unstable) -> str:
     """As ``1200–1310 rpm (mesh reducer at 660 + 660 Hz), growing by 12 1/s``."""
     name = "no tongue of first order is near"
     if unstable.tongue is not None:
-        name = unstable.tongue.in_words
-    return f"{unstable.range.in_words} ({name}), growing by {unstable.growth:.3g} 1/s"
+        name = unstable.tongue.description
+    return f"{unstable.range.description} ({name}), growing by {unstable.growth:.3g} 1/s"
 
 
-def parting_in_words(parting: Parting) -> str:
+def describe_parting(parting: Parting) -> str:
     """From which speed on the linear steady state does not hold."""
-    listed = ", ".join(reach.in_words for reach in parting.ranges)
+    listed = ", ".join(reach.description for reach in parting.ranges)
     return (
         f"Teeth of {parting.family} part from {parting.ranges[0].first:.5g} rpm on ({listed}): "
         "there the linear steady state would have them pull, and its numbers do not hold. What "
@@ -81,15 +79,15 @@ def parting_in_words(parting: Parting) -> str:
     )
 
 
-def margins_in_words(result: SpeedResult) -> str:
+def describe_margins(result: SpeedResult) -> str:
     """The closest resonance at the operating speed."""
     operation = result.turning.plan.drivetrain.operation
     assert operation is not None
     closest = result.margins[0]
-    return f"At {operation.speed:g} rpm the nearest resonance is {margin_in_words(closest)}."
+    return f"At {operation.speed:g} rpm the nearest resonance is {describe_margin(closest)}."
 
 
-def margin_in_words(margin: Margin) -> str:
+def describe_margin(margin: Margin) -> str:
     """As ``mesh reducer ×2 (1200 Hz) and the global mode at 1240 Hz, 3.3 % above``."""
     where = "above" if margin.change > 0.0 else "below"
     return (
@@ -107,4 +105,4 @@ def peak_mode(result: SpeedResult, peak: Peak) -> str:
 
 def peak_energy(result: SpeedResult, peak: Peak) -> str:
     """Where the energy of its mode is."""
-    return energy_in_words(result.energies, peak.mode)
+    return describe_energy(result.energies, peak.mode)
