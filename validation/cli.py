@@ -40,9 +40,6 @@ app = typer.Typer(
 )
 
 
-MOST_DOFS_IN_TIME = 60  # larger systems take minutes to integrate: only when asked for
-
-
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line; bad input ends in one message and exit code 2."""
     given = sys.argv[1:] if arguments is None else arguments
@@ -82,49 +79,11 @@ def run(
     ] = None,
 ) -> None:
     """Compare all routes and write a report; exit code 1 if they disagree."""
-    from mbs_models.modal.mode_kinds import label_inertias
-    from mbs_models.model.model_file import load
+    from .crosscheck.command import run_command
 
-    from .crosscheck.console import verdicts
-    from .crosscheck.swap import in_words
-    from .routes.bands import Band, band
-    from .routes.memory import require_memory, run_bytes
-    from .routes.substitution import read_replacements
-    from .runtime.streams import progress_bars, warn
-
-    drivetrain = load(model)
-    n_dofs = len(label_inertias(drivetrain))
-    replaced = read_replacements(drivetrain, replace or (), fmin, fmax, df)
-    lines = Band.of(replaced[0].frf.frequency) if replaced else band(fmin, fmax, df, n_dofs**2)
-    require_memory(lines, run_bytes(drivetrain), "the report's curves")
-    if in_time is None:
-        in_time = n_dofs <= MOST_DOFS_IN_TIME and not replaced
-    warn(drivetrain.warnings())
-    for replacement in replaced:
-        warn(replacement.warnings)
-    from .runtime.output_folder import held
-
-    with held(out, ("report.html", "results.json")), progress_bars() as progress:
-        from .crosscheck.comparison import (
-            cross_check,  # takes its time to load: bad input is told before
-        )
-        from .crosscheck.output import write_report
-
-        result = cross_check(
-            drivetrain,
-            lines,
-            published=model,
-            progress=progress,
-            replacements=replaced,
-            in_time=in_time,
-        )
-        progress("writing the report", 0, 1)
-        html, data = write_report(result, out)
-        progress("writing the report", 1, 1)
-    verdicts(result)
-    if result.swap is not None:
-        print("\n".join(in_words(result.swap)))
-    print(f"Report: {html}\nResults: {data}")
+    result = run_command(
+        model, out, fmin=fmin, fmax=fmax, df=df, replace=replace or (), in_time=in_time
+    )
     if not result.agrees:
         raise typer.Exit(1)
 

@@ -177,9 +177,7 @@ def periodic_response(
     signal = excitation.signal
     samples = periods * round(signal.period * rate)
     warped = integrator.step if integrator.name == TRAPEZOIDAL else None
-    moved, moving = steady_start(
-        linear, excitation.dof, signal.frequency, signal.spectrum, warped
-    )
+    moved, moving = steady_start(linear, excitation.dof, signal.frequency, signal.spectrum, warped)
     rest = np.zeros(len(linear.dofs)) if static is None else static
     report = progress or (lambda name, done, total: None)
 

@@ -2,29 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import os
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fbs import Frf, SecondOrderSystem, real_modes
 from mbs_models.modal.mode_kinds import rigid_body_count, scaled_singular_values
 
+from ..arrays import ComplexArray, FloatArray
 from ..routes.routes import MatrixRoute, kernel_condition
 from ..routes.source import Source
-from ..runtime.processors import processors
+from ..runtime.progress import Progress
 from .check import Check
 from .diagnosis import describe, locate
-from .metrics import frac, row_norms, scaled_error
+from .metrics import frac, frf_errors, row_norms
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 Pair = tuple[str, str]
-Progress = Callable[[str, int, int], None]
 
 VALUES_PER_BLOCK = 2**19  # 8 MB a route and thread: memory does not grow with the band
+THREADS = 4  # at most: so many blocks are held at once
 FRF_TOLERANCE = 1e-8
 FRF_REASON = (
     "two solutions of the same system differ by round-off times its conditioning; a model error "
@@ -74,6 +73,11 @@ class FrfComparison:
     pair_max: FloatArray
     worst: tuple[float, str, str]
     frac: tuple[float, str]
+
+    @property
+    def largest(self) -> float:
+        """Largest scaled error, infinite where it is not a number."""
+        return float(np.nan_to_num(self.line_max, nan=np.inf).max())
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +129,7 @@ def compare_frfs(
     step = max(VALUES_PER_BLOCK // len(dofs) ** 2, 1)
     blocks = [frequency[start : start + step] for start in range(0, len(frequency), step)]
     found: list[_Block] = []
-    with ThreadPoolExecutor(min(processors(), len(blocks))) as pool:
+    with ThreadPoolExecutor(min(os.cpu_count() or 1, THREADS, len(blocks))) as pool:
         report("comparing FRFs", 0, len(frequency))
         for block in pool.map(
             lambda lines: _compare_block(source, reference, candidates, pairs, lines), blocks
@@ -199,7 +203,7 @@ def _compare_block(
     keep(reference.name, ours)
     for candidate in candidates:
         theirs = candidate.route.frf(lines, candidate.responses, candidate.excitations)
-        errors[candidate.route.name] = _Errors.of(scaled_error(ours, theirs, norms))
+        errors[candidate.route.name] = _Errors.of(frf_errors(ours, theirs, norms))
         keep(candidate.route.name, theirs)
     kernel = kernel_condition(source, lines) if source.joints else np.empty(0)
     return _Block(errors, curves, norms, kernel)

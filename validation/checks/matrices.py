@@ -83,8 +83,8 @@ def _compare_systems(
         finding = f"these DoFs are in one of the two only: {', '.join(single)}"
         return [
             Check(
-                f"M, C, K {name}", subject, routes, "DoFs in one route only", float(len(single)), 0.0,
-                "the routes describe the same DoFs", (finding,),
+                f"M, C, K {name}", subject, routes, "DoFs in one route only",
+                float(len(single)), 0.0, "the routes describe the same DoFs", (finding,),
             )
         ]  # fmt: skip
     order = [theirs.dofs.index(dof) for dof in ours.dofs]

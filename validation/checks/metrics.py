@@ -21,11 +21,24 @@ def row_norms(frf: Frf) -> FloatArray:
     return norms
 
 
-def scaled_error(reference: Frf, other: Frf, norms: FloatArray) -> FloatArray:
+def scaled_error(reference: Array, other: Array) -> FloatArray:
     """|ΔH_ij| / √(h_i h_j) per line, h_i the norm of row i of the reference H at that line.
 
     Antiresonances and DoFs of different size are compared alike: an error counts against what the
     two DoFs do at that frequency, not against the one value that happens to vanish.
+
+    Parameters
+    ----------
+    reference, other
+        (n_line, n, n), the same DoFs as responses and excitations.
+    """
+    norm = np.linalg.norm(reference, axis=2).T
+    difference = (other - reference).transpose(1, 2, 0)
+    return _scaled(difference, norm, norm).transpose(2, 0, 1)
+
+
+def frf_errors(reference: Frf, other: Frf, norms: FloatArray) -> FloatArray:
+    """`scaled_error` of the FRFs that another route has.
 
     Parameters
     ----------
@@ -39,23 +52,23 @@ def scaled_error(reference: Frf, other: Frf, norms: FloatArray) -> FloatArray:
     Returns
     -------
     (n_response, n_excitation, n_line), of the other's labels.
-
-    Raises
-    ------
-    ValueError
-        A DoF responds to nothing: there is nothing to scale by.
     """
-    if np.any(norms == 0.0):
-        raise ValueError("a DoF of the reference does not respond to anything: nothing to scale by")
     norm = dict(zip(reference.responses, norms.T, strict=True))
     rows, columns = (
-        np.stack([norm[label] for label in labels]) for labels in (other.responses, other.excitations)
+        np.stack([norm[label] for label in labels])
+        for labels in (other.responses, other.excitations)
     )
     same = reference.select(other.responses, other.excitations)
-    difference = (other.values - same.values).transpose(1, 2, 0)
+    return _scaled((other.values - same.values).transpose(1, 2, 0), rows, columns)
+
+
+def _scaled(difference: Array, rows: FloatArray, columns: FloatArray) -> FloatArray:
+    if not (rows.all() and columns.all()):
+        raise ValueError("a DoF of the reference does not respond to anything: nothing to scale by")
     square = difference.real**2 + difference.imag**2
     square /= rows[:, None] * columns
-    return np.sqrt(square, out=square)
+    error: FloatArray = np.sqrt(square, out=square)
+    return error
 
 
 def decibel_difference(reference: Array, other: Array) -> FloatArray:

@@ -58,9 +58,7 @@ def pole_checks(reference: Source, other: Source, modes: Modes) -> PoleChecks:
     rows = _pole_rows(reference, other, modes, filtered)
     # A filter's shapes are not the eigensolution's: no round-off of it is in them.
     allowed = {name: [MAC_TOLERANCE] * len(rows) for name in names}
-    allowed[other.name] = allowed_mac_defects(
-        real_modes(other.whole), eigenvalue_error(modes)
-    )
+    allowed[other.name] = allowed_mac_defects(real_modes(other.whole), eigenvalue_error(modes))
     checks = []
     for name in names:
         checks += _pole_checks_of(reference.name, name, rows, allowed[name])

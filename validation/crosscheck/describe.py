@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
-
 from mbs_models.model.parameters import Drivetrain
 
-from ..checks.check import Check
-from .results import CrossCheck
+from ..report.verdicts import in_numbers, telling
+from .result import CrossCheck
 
 MOTIONS = {
     "w": "rotation r·θ of",
@@ -28,38 +26,26 @@ SOLUTIONS = {
 def verdict(result: CrossCheck) -> str:
     """The outcome in one sentence; where routes disagree, which, where and by what.
 
-    What a swap changes is a finding with a headline of its own: no route's agreement covers it.
+    What a substitution changes is a finding with a headline of its own: no route's agreement
+    covers it.
     """
     if result.agrees:
-        return "All routes agree" + (" on the model before the swap" if result.swap else "")
-    telling = max((c for c in result.checks if not c.agrees), key=_weight)
-    finding = telling.findings[0] if telling.findings else _in_numbers(telling)
-    return f"Routes disagree: {telling.routes[0]} and {telling.routes[1]}, {finding}"
+        return "All routes agree" + (" on the model before the swap" if result.substitution else "")
+    worst = max((check for check in result.checks if not check.agrees), key=telling)
+    finding = worst.findings[0] if worst.findings else in_numbers(worst)
+    return f"Routes disagree: {worst.routes[0]} and {worst.routes[1]}, {finding}"
 
 
 def disagreements(result: CrossCheck) -> dict[tuple[str, str], tuple[str, ...]]:
     """What is found of every pair of routes that disagrees, each finding once."""
     found: dict[tuple[str, str], dict[str, None]] = {}
-    for check in sorted((c for c in result.checks if not c.agrees), key=_weight, reverse=True):
+    for check in sorted((c for c in result.checks if not c.agrees), key=telling, reverse=True):
         findings = found.setdefault(check.routes, {})
-        findings.update(dict.fromkeys(check.findings or (_in_numbers(check),)))
+        findings.update(dict.fromkeys(check.findings or (in_numbers(check),)))
     return {routes: tuple(findings) for routes, findings in found.items()}
 
 
-def _weight(check: Check) -> tuple[bool, float]:
-    """How telling a disagreement is: one that says where, then the one furthest out."""
-    ratio = check.value / check.tolerance if check.tolerance else math.inf
-    return bool(check.findings), math.inf if math.isnan(ratio) else ratio
-
-
-def _in_numbers(check: Check) -> str:
-    return (
-        f"{check.name.lower()} ({check.subject}): {check.measure} {check.value:.3g}, "
-        f"{check.tolerance:.3g} allowed"
-    )
-
-
-def dof_in_words(drivetrain: Drivetrain, label: str) -> str:
+def describe_dof(drivetrain: Drivetrain, label: str) -> str:
     """``reducer.pinion.w`` as "rotation r·θ of the pinion (reducer)"."""
     *place, dof = label.split(".")
     if place[0] in {coupling.name for coupling in drivetrain.couplings}:
@@ -69,17 +55,17 @@ def dof_in_words(drivetrain: Drivetrain, label: str) -> str:
     return f"{motions.get(dof, dof + ' of')} the {body} ({place[0]})"
 
 
-def pair_in_words(drivetrain: Drivetrain, response: str, excitation: str) -> str:
+def describe_pair(drivetrain: Drivetrain, response: str, excitation: str) -> str:
     """What an FRF between two DoFs is."""
     if response == excitation:
-        return f"Drive point: {dof_in_words(drivetrain, response)}"
+        return f"Drive point: {describe_dof(drivetrain, response)}"
     return (
-        f"Response: {dof_in_words(drivetrain, response)}; "
-        f"excitation: {dof_in_words(drivetrain, excitation)}"
+        f"Response: {describe_dof(drivetrain, response)}; "
+        f"excitation: {describe_dof(drivetrain, excitation)}"
     )
 
 
-def route_in_words(route: str) -> tuple[str, str, str]:
+def describe_route(route: str) -> tuple[str, str, str]:
     """Where a route's matrices come from, what is solved, and how an FRF is made of them."""
     name, _, modal = route.partition(", ")
     stages = name.startswith("FBS of ") and name.endswith(" stages")
@@ -94,3 +80,8 @@ def route_in_words(route: str) -> tuple[str, str, str]:
         else "the whole drivetrain at once"
     )
     return matrices, scope, SOLUTIONS[modal.startswith("modal")]
+
+
+def short_frequency(frequency: float) -> str:
+    """A natural frequency in few characters."""
+    return f"{frequency:.5g}" if frequency < 1e5 else f"{frequency:.1e}".replace("e+0", "e")

@@ -4,32 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any, ClassVar
 
 from mbs_models.modal.energy import ComponentShares
 from mbs_models.modal.mode_kinds import Modes
 from mbs_models.model.parameters import Drivetrain
 from mbs_models.system.components import Components
 
+from ..arrays import ComplexArray, FloatArray
 from ..checks.check import Check
 from ..checks.frfs import FrfComparison
 from ..checks.peaks import Resonance
 from ..checks.pole_checks import PoleRow
+from ..report.page import Page
+from ..report.provenance import Provenance
 from ..routes.bands import Band
-from ..routes.substitution import Replacement
+from ..routes.substitution import Substitution
 from ..routes.time_domain import TimeDomain
+from ..runtime.output_folder import Writer
+from .resonances import Resonances
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-ComplexArray = NDArray[Any]
+ARRAYS = "results.npz"
 
 
 @dataclass(frozen=True, eq=False)
 class CurveChange:
-    """What a swap changes in one FRF.
+    """What a substitution changes in one FRF.
 
     Attributes
     ----------
@@ -69,18 +69,18 @@ class CurveChange:
 
 
 @dataclass(frozen=True, eq=False)
-class Swap:
+class Changes:
     """What changes when parts' FRFs come from files: findings, not disagreements.
 
     Attributes
     ----------
-    replacements
+    substitutions
         The parts and their files.
     responses, excitations
-        Labels of the FRFs compared: those of the whole that the swapped assembly has.
+        Labels of the FRFs compared: those of the whole that the assembly with the files'
+        parts has.
     comparison
-        The swapped assembly against the reference; ``pair_max`` by ``responses`` and
-        ``excitations``.
+        That assembly against the reference; ``pair_max`` by ``responses`` and ``excitations``.
     changes
         Whether any scaled error is more than a file's digits and round-off explain.
     curves
@@ -94,7 +94,7 @@ class Swap:
         All drive points' resonances, each once.
     """
 
-    replacements: tuple[Replacement, ...]
+    substitutions: tuple[Substitution, ...]
     responses: tuple[str, ...]
     excitations: tuple[str, ...]
     comparison: FrfComparison
@@ -105,7 +105,7 @@ class Swap:
     resonances: tuple[Resonance, ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class CrossCheck:
     """Everything a report says.
 
@@ -137,13 +137,17 @@ class CrossCheck:
         (n_frequency,) amplification in the interface kernel, or empty if nothing is coupled.
     components, component_energy
         Bodies and springs as exudyn has them, and their shares of every mode's energy.
+    resonances
+        What orders meet over the operation's speeds; None without one.
     timings
         Seconds by step.
-    swap
+    substitution
         What changes with parts from files; None if there are none.
     time_domain
         FRFs from exudyn's time integration; None if it was not run.
     """
+
+    files: ClassVar = ("report.html", "results.json")
 
     drivetrain: Drivetrain
     band: Band
@@ -160,11 +164,35 @@ class CrossCheck:
     kernel_condition: FloatArray
     components: Components
     component_energy: ComponentShares
+    resonances: Resonances | None = None
     timings: Mapping[str, float] = field(default_factory=dict)
-    swap: Swap | None = None
+    substitution: Changes | None = None
     time_domain: TimeDomain | None = None
 
     @property
     def agrees(self) -> bool:
         """Whether every check agrees."""
         return all(check.agrees for check in self.checks)
+
+    @property
+    def worst(self) -> FrfComparison:
+        """The route with the largest scaled error (one that is not a number is larger than any)."""
+        return max(self.comparisons, key=lambda comparison: comparison.largest)
+
+    def page(self) -> Page:
+        """What report.html says."""
+        from .sections import report_page  # pictures take their time to load
+
+        return report_page(self)
+
+    def document(self, made: Provenance) -> dict[str, Any]:
+        """What results.json holds."""
+        from .document import results_document
+
+        return results_document(self, made)
+
+    def companions(self, made: Provenance) -> dict[str, str | Writer]:
+        """``results.npz``: every line of every curve."""
+        from .document import arrays_writer
+
+        return {ARRAYS: arrays_writer(self)}

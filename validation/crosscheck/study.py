@@ -9,6 +9,7 @@ from mbs_models.modal.energy import component_shares
 from mbs_models.modal.mode_kinds import Kind, Modes
 from mbs_models.model.parameters import Drivetrain, Inertia, ParallelStage, Part
 
+from ..arrays import FloatArray
 from ..checks.frfs import Candidate, compare_frfs, frf_checks, round_off_floor
 from ..checks.matrices import assembly_checks, matrix_checks
 from ..checks.model_warnings import model_warnings
@@ -16,7 +17,6 @@ from ..checks.modes import published_check, rigid_body_check
 from ..checks.pole_checks import pole_checks
 from ..checks.published import PUBLISHED
 from ..checks.time_domain import time_domain_checks
-from ..arrays import FloatArray
 from ..routes.bands import Band
 from ..routes.modes import round_off_warnings
 from ..routes.multibody import ExudynSource
@@ -26,8 +26,9 @@ from ..routes.substitution import Substitution
 from ..routes.time_domain import TimeDomain, time_domain, with_damping
 from ..runtime.clock import Clock
 from ..runtime.progress import Progress, silent
+from .resonances import resonances
 from .result import CrossCheck
-from .substitution import findings
+from .substitution import what_changes
 
 
 def cross_check(
@@ -82,7 +83,11 @@ def cross_check(
     poles = clock.timed("matrices and poles", lambda: pole_checks(exudyn, other, modes))
     checks += poles.checks
 
-    reference, routes, dofs = whole_route(exudyn), comparison_routes(exudyn, other), exudyn.whole.labels
+    reference, routes, dofs = (
+        whole_route(exudyn),
+        comparison_routes(exudyn, other),
+        exudyn.whole.labels,
+    )
     candidates = [Candidate(route, dofs, dofs) for route in routes]
     if substitutions:
         candidates.append(_with_files(exudyn, substitutions, frequency))
@@ -100,7 +105,7 @@ def cross_check(
     if substitutions:
         changes = clock.timed(
             "swap",
-            lambda: findings(exudyn, candidates[-1], substitutions, compared, frequency, floor),
+            lambda: what_changes(exudyn, candidates[-1], substitutions, compared, frequency, floor),
         )
     warnings = [*model_warnings(drivetrain), *(w for each in substitutions for w in each.warnings)]
     warnings += [*round_off_warnings(modes), *poles.warnings]
@@ -133,6 +138,7 @@ def cross_check(
         kernel_condition=compared.kernel_condition,
         components=exudyn.components,
         component_energy=component_shares(exudyn.components, modes),
+        resonances=resonances(drivetrain, exudyn.components, modes),
         timings=clock.seconds,
         substitution=changes,
         time_domain=record,

@@ -1,125 +1,174 @@
-"""The report's section on a swap: what to show, and its figures."""
+"""The report's section on parts from files: what they change, and its figures."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
-
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from numpy.typing import NDArray
+from markupsafe import Markup
 
+from mbs_models.model.parameters import Drivetrain
+
+from ..arrays import FloatArray
 from ..checks.peaks import Peak, Resonance
-from ..report.curves import extremes
-from ..report.style import (
-    BLUE,
-    CURVE_COLUMNS,
-    MUTED,
-    REFERENCE_COLOR,
-    VERMILLION,
-    WIDTH,
-    along_axis,
-    frequency_axis,
-    styled,
-    svg,
-)
-from .results import CurveChange, Swap
-from .swap import headline
-
-FloatArray = NDArray[np.float64]
+from ..report.digits import scientific
+from ..report.frf_panel import Curve, Difference, FrfPanel, frf_figure, reference_curve
+from ..report.page import Block, Fragment, Note, Picture, Section, Table
+from ..report.style import BLUE, MUTED, VERMILLION
+from ..routes.substitution import Substitution
+from .describe import describe_pair
+from .result import Changes, CurveChange
+from .substitution import headline
 
 MOST_RESONANCES = 30
-LEAST_RANGE_DB = 1.0  # of the difference's axis: what is smaller lies on zero
+DASH = "–"
+LABEL = Markup('<span class="label">{}</span>')
+CODE = Markup("<code>{}</code>")
 
 
-@dataclass(frozen=True)
-class SwappedPart:
-    """A part from a file, in words."""
-
-    name: str
-    file: Path
-    compared: int
-    of: int
-    interface: tuple[str, ...]
-    left_out: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class ChangedCurve:
-    """An FRF before and after; ``part`` names the part it is of, alone (empty: the assembly)."""
-
-    part: str
-    curve: CurveChange
-    svg: str
-
-
-@dataclass(frozen=True)
-class ResonanceRow:
-    """A resonance in words; ``shift`` holds Hz, % and the level's dB where it is in both."""
-
-    dof: str
-    before: str
-    after: str
-    shift: tuple[str, str, str] | None
-
-
-@dataclass(frozen=True)
-class SwapSection:
-    """What the section shows."""
-
-    headline: str
-    parts: tuple[SwappedPart, ...]
-    curves: tuple[ChangedCurve, ...]
-    resonances: tuple[ResonanceRow, ...]
-    further_resonances: int
-
-
-def swap_section(swap: Swap, frequency: FloatArray) -> SwapSection:
-    """The section's words, numbers and figures."""
-    curves = [("", c) for c in sorted(swap.curves, key=lambda c: c.scaled_error, reverse=True)]
-    curves += [(part, curve) for part, found in swap.alone.items() for curve in found]
-    telling = sorted(swap.resonances, key=lambda r: r.prominence_db, reverse=True)
-    shown = sorted(telling[:MOST_RESONANCES], key=lambda r: r.frequency_hz)
-    with styled():
-        drawn = tuple(
-            ChangedCurve(part, curve, _figure(number, part, curve, frequency))
-            for number, (part, curve) in enumerate(curves, start=1)
-        )
-    return SwapSection(
-        headline=headline(swap),
-        parts=tuple(
-            SwappedPart(
-                name=r.part,
-                file=r.path,
-                compared=len(set(r.frf.responses) | set(r.frf.excitations)),
-                of=len(set(r.frf.responses) | set(r.frf.excitations) | set(r.left_out)),
-                interface=r.interface,
-                left_out=r.left_out,
+def substitution_section(
+    drivetrain: Drivetrain, found: Changes, frequency: FloatArray, reference: str
+) -> Section:
+    """What changes in a drivetrain with parts from files, against the reference's whole."""
+    curves = [("", c) for c in sorted(found.curves, key=lambda c: c.scaled_error, reverse=True)]
+    curves += [(part, curve) for part, changes in found.alone.items() for curve in changes]
+    blocks: list[Block] = [
+        _headline(found, reference),
+        _parts(found),
+        *(
+            Note(
+                Markup(
+                    "Left out of {}, not both response and excitation in the file: <code>{}</code>."
+                ).format(each.part, ", ".join(each.left_out))
             )
-            for r in swap.replacements
+            for each in found.substitutions
+            if each.left_out
         ),
-        curves=drawn,
-        resonances=tuple(_row(resonance) for resonance in shown),
-        further_resonances=len(telling) - len(shown),
+        Section("", "FRFs before and after", _frfs(found, curves)),
+    ]
+    if found.resonances:
+        blocks.append(Section("", "Resonances before and after", _resonances(found)))
+    for number, (part, curve) in enumerate(curves, start=1):
+        alone = f", {part} alone" if part else ""
+        whose = "; before any coupling, the file against the model" if part else ""
+        blocks.append(
+            Picture(
+                _figure(number, part, curve, frequency),
+                Markup("{}{}").format(
+                    LABEL.format(f"{curve.response} ← {curve.excitation}"), alone
+                ),
+                describe_pair(drivetrain, curve.response, curve.excitation) + whose,
+            )
+        )
+    return Section("swap", "Swap", tuple(blocks))
+
+
+def _headline(found: Changes, reference: str) -> Fragment:
+    text = headline(found)
+    warnings = Markup("").join(
+        Markup("<p>⚠ {}</p>").format(warning)
+        for each in found.substitutions
+        for warning in each.warnings
+    )
+    return Fragment(
+        Markup(
+            '<section class="verdict finding" aria-label="What the swap changes">'
+            "<strong>{}</strong><p>The swapped parts’ FRFs come from files and are coupled with "
+            "the model’s other parts (FBS of {reference} stages); “before” is {reference}’s whole "
+            "drivetrain, all from the model. What is listed here are findings, not disagreements: "
+            "the verdicts below compare the routes of the model.</p>{}</section>"
+        ).format(text[0].upper() + text[1:], warnings, reference=reference)
     )
 
 
-def _row(resonance: Resonance) -> ResonanceRow:
+def _parts(found: Changes) -> Table:
+    rows = []
+    for each in found.substitutions:
+        compared = len(_labels(each))
+        rows.append(
+            (
+                each.part,
+                CODE.format(each.path),
+                f"{compared} of {len(_labels(each) | set(each.left_out))}",
+                CODE.format(", ".join(each.interface) or "nothing"),
+            )
+        )
+    headings = ("Part", "File", "DoFs compared", "Coupled at")
+    return Table(headings, tuple(rows), frozenset({2}), "compared")
+
+
+def _labels(each: Substitution) -> set[str]:
+    return {*each.frf.responses, *each.frf.excitations}
+
+
+def _frfs(found: Changes, curves: list[tuple[str, CurveChange]]) -> tuple[Block, ...]:
+    rows = []
+    for part, curve in curves:
+        decibels = (
+            scientific(curve.largest_db, signed=True), f"{curve.at_hz:.6g}",
+            scientific(curve.rms_db),
+        )  # fmt: skip
+        rows.append(
+            (
+                LABEL.format(f"{curve.response} ← {curve.excitation}"),
+                f"{part} alone" if part else "the whole",
+                *(decibels if np.isfinite(curve.rms_db) else (DASH, DASH, DASH)),
+                scientific(curve.scaled_error),
+                f"{curve.frac:.6f}",
+            )
+        )
+    headings = (
+        "Response ← excitation", "Of", "Largest difference (dB)", "at (Hz)", "rms (dB)",
+        "Largest scaled error", "FRAC",
+    )  # fmt: skip
+    at, response, excitation = found.comparison.worst
+    blocks: list[Block] = [
+        Table(headings, tuple(rows), frozenset({2, 3, 4, 5, 6}), "routes compared"),
+        Note(
+            f"All {len(found.responses)} × {len(found.excitations)} FRFs that the swapped "
+            f"drivetrain has: largest scaled error {scientific(found.comparison.largest)} at "
+            f"{at:.6g} Hz, {response} ← {excitation}. At an antiresonance a small change is many "
+            "dB; the scaled error is not misled by it. A part alone, before any coupling, is the "
+            "file against the model: what differs there comes from the file, what differs only in "
+            "the whole comes with the coupling."
+        ),
+    ]
+    if found.not_compared:
+        pairs = Markup(", ").join(CODE.format(f"{i} ← {j}") for i, j in found.not_compared)
+        words = Markup("Not compared, for want of DoFs in the file: {}.")
+        blocks.append(Note(words.format(pairs)))
+    return tuple(blocks)
+
+
+def _resonances(found: Changes) -> tuple[Block, ...]:
+    telling = sorted(found.resonances, key=lambda r: r.prominence_db, reverse=True)
+    shown = sorted(telling[:MOST_RESONANCES], key=lambda r: r.frequency_hz)
+    further = len(telling) - len(shown)
+    more = f" ({further} that stand out less are in results.json)" if further else ""
+    headings = (
+        "Before (Hz)", "After (Hz)", "Shift (Hz)", "Shift (%)", "Level (dB)", "Drive point",
+    )  # fmt: skip
+    return (
+        Table(headings, tuple(map(_resonance, shown)), frozenset(range(5)), "compared"),
+        Note(
+            "Peaks of the drive points, each at the drive point where it stands out most"
+            f"{more}; between the lines by the parabola of 1/|H|². Strongly damped modes make no "
+            "peak, and how high an undamped mode’s peak is depends on where the lines happen to "
+            "lie."
+        ),
+    )
+
+
+def _resonance(resonance: Resonance) -> tuple[str, ...]:
     before, after = resonance.before, resonance.after
-    shift = None
+    shift = (DASH, "only before" if after is None else "only after", DASH)
     if before is not None and after is not None:
         moved = after.frequency_hz - before.frequency_hz
         percent = 100.0 * moved / before.frequency_hz
         shift = (signed(moved), signed(percent), signed(after.level_db - before.level_db, 1))
-    return ResonanceRow(resonance.dof, _place(before), _place(after), shift)
+    return (_place(before), _place(after), *shift, LABEL.format(resonance.dof))
 
 
 def _place(peak: Peak | None) -> str:
-    return "–" if peak is None else f"{peak.frequency_hz:.2f}"
+    return DASH if peak is None else f"{peak.frequency_hz:.2f}"
 
 
 def signed(value: float, digits: int = 2) -> str:
@@ -130,52 +179,29 @@ def signed(value: float, digits: int = 2) -> str:
 
 def _figure(number: int, part: str, curve: CurveChange, frequency: FloatArray) -> str:
     """|H| before and after, peaks marked, and the difference in dB below."""
-    figure = Figure(figsize=(WIDTH, 3.9))
-    magnitude, difference = figure.subplots(2, 1, sharex=True, height_ratios=(2.3, 1.2))
-    figure.subplots_adjust(left=0.08, right=0.985, top=0.93, bottom=0.12, hspace=0.1)
     names = ("model", "file") if part else ("before (model)", "after (with the file)")
-    _draw(magnitude, frequency, _decibels(curve.before), REFERENCE_COLOR, 3.5)
-    _draw(magnitude, frequency, _decibels(curve.after), VERMILLION, 1.2)
-    _mark(magnitude, [r.before for r in curve.resonances], MUTED, 4.5)
-    _mark(magnitude, [r.after for r in curve.resonances], VERMILLION, 3.0)
-    magnitude.set_ylabel("|H| (dB re 1 m/N)")
-    magnitude.tick_params(axis="x", labelbottom=False)
-    _draw(difference, frequency, curve.decibel, BLUE, 1.1)
-    most = np.nanmax(np.abs(curve.decibel), initial=LEAST_RANGE_DB / 1.1)
-    difference.set_ylim(-1.1 * most, 1.1 * most)
-    difference.set_ylabel("Difference (dB)")
-    frequency_axis(difference, frequency[0], frequency[-1])
-    handles = [
-        Line2D([], [], color=REFERENCE_COLOR, lw=3.5, label=names[0]),
-        Line2D([], [], color=VERMILLION, lw=1.6, label=names[1]),
-        Line2D([], [], color=MUTED, marker="o", ms=3.5, lw=0.0, label="resonances found"),
-        Line2D([], [], color=BLUE, lw=1.6, label="difference"),
-    ]
-    figure.legend(
-        handles=handles,
-        loc="upper left",
-        ncols=4,
-        bbox_to_anchor=(0.07, 1.0),
-        borderaxespad=0.0,
+    panel = FrfPanel(
+        frequency=frequency,
+        curves=(
+            reference_curve(names[0], curve.before, 3.5),
+            Curve(names[1], curve.after, VERMILLION),
+            *_peaks("resonances found", [r.before for r in curve.resonances], MUTED, 4.5),
+            *_peaks("", [r.after for r in curve.resonances], VERMILLION, 3.0),
+        ),
+        differences=(
+            Difference(
+                "Difference (dB)", (Curve("difference", curve.decibel, BLUE),), logarithmic=False
+            ),
+        ),
     )
     whose = f"{part} alone" if part else "the whole"
-    return svg(figure, f"swap{number}", f"FRF {curve.name} of {whose} before and after the swap")
+    alternative = f"FRF {curve.name} of {whose} before and after the swap"
+    return frf_figure(panel, f"swap{number}", alternative)
 
 
-def _decibels(receptance: NDArray[Any]) -> FloatArray:
-    with np.errstate(divide="ignore"):
-        level: FloatArray = 20.0 * np.log10(np.abs(receptance))
-    return level
-
-
-def _draw(
-    axes: Axes, frequency: FloatArray, values: FloatArray, color: str, linewidth: float
-) -> None:
-    at = extremes(along_axis(frequency), values, CURVE_COLUMNS)
-    axes.plot(frequency[at], values[at], color=color, linewidth=linewidth)
-
-
-def _mark(axes: Axes, peaks: Sequence[Peak | None], color: str, size: float) -> None:
-    found = [(peak.frequency_hz, peak.level_db) for peak in peaks if peak is not None]
-    if found:
-        axes.plot(*np.transpose(found), "o", color=color, markersize=size)
+def _peaks(name: str, peaks: list[Peak | None], color: str, size: float) -> tuple[Curve, ...]:
+    found = [(peak.frequency_hz, 10.0 ** (peak.level_db / 20.0)) for peak in peaks if peak]
+    if not found:
+        return ()
+    frequency, level = np.transpose(found)
+    return (Curve(name, level, color, 0.0, marker="o", size=size, frequency=frequency),)

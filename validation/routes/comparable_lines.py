@@ -1,4 +1,4 @@
-"""Which lines of FRFs from a run in time can be compared: not those that round-off may have made."""
+"""Which lines of FRFs from a run in time can be compared: not what round-off may have made."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from fbs.signal.swept_sine import peak_hold, sweep_error
 from mbs_models.gears.gear_response import rms_per_body
 from mbs_models.signals.sines import SteppedSine, Sweep
 
-from ..routes.modes import equation_modes
+from ..routes.source import equations_source
 from .drive_level import DriveLevels, frf_of
 from .estimates import DECIBEL_TOLERANCE, DEGREE_TOLERANCE, EstimatedFrfs, estimator
 from .frf_figures import FrfPair, LevelCurve, frf_figure, level_figure, peak_hold_figure
@@ -311,7 +311,7 @@ def _swept_peaks(
     peaks = frequency[1:-1][(inner > size[:-2]) & (inner > size[2:])]
     first, last = signal.band
     places = []
-    for mode in equation_modes(found.drivetrain).modes:
+    for mode in equations_source(found.drivetrain).modes.modes:
         f, ratio = mode.frequency_hz, mode.damping_ratio
         if not (first < f < last and 0.0 < ratio < 0.1 and (np.abs(peaks - f) < ratio * f).any()):
             continue

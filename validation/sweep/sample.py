@@ -153,7 +153,9 @@ class Bench:
         drivetrain = self._drivetrain(values)
         varied = [self.task.paths[k].split(".") for k in self.varied]
         source = self._source(drivetrain)
-        return Base(drivetrain, source, tuple(spring_deflection(drivetrain, *path) for path in varied))
+        return Base(
+            drivetrain, source, tuple(spring_deflection(drivetrain, *path) for path in varied)
+        )
 
     def _source(self, drivetrain: Drivetrain) -> Source:
         return source_by_name(self.task.route, drivetrain)
@@ -205,9 +207,7 @@ class Bench:
         joints = base.source.joints
         ends = {label for joint in joints for _, label in (joint.first, joint.second)}
         try:
-            parts = {
-                p.name: self._part(base, p.name, labels | ends) for p in base.drivetrain.parts
-            }
+            parts = {p.name: self._part(base, p.name, labels | ends) for p in base.drivetrain.parts}
             present = {name: frf for name, frf in parts.items() if frf is not None}
             known = {label for frf in present.values() for label in frf.responses}
             for label in sorted(labels - known):
