@@ -8,6 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from fbs import Frf, SecondOrderSystem, real_modes
 from mbs_models.modal.mode_kinds import rigid_body_count, scaled_singular_values
@@ -129,7 +130,9 @@ def compare_frfs(
     step = max(VALUES_PER_BLOCK // len(dofs) ** 2, 1)
     blocks = [frequency[start : start + step] for start in range(0, len(frequency), step)]
     found: list[_Block] = []
-    with ThreadPoolExecutor(min(os.cpu_count() or 1, THREADS, len(blocks))) as pool:
+    # Blocks share the cores; threads of BLAS would only wait for each other's.
+    threads = min(os.cpu_count() or 1, THREADS, len(blocks))
+    with threadpool_limits(1, "blas"), ThreadPoolExecutor(threads) as pool:
         report("comparing FRFs", 0, len(frequency))
         for block in pool.map(
             lambda lines: _compare_block(source, reference, candidates, pairs, lines), blocks

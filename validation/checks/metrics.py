@@ -83,10 +83,10 @@ def frac(reference: Array, other: Array) -> float:
     Reported for its popularity: the few lines at the peaks decide it (Heylen & Lammens 1996).
     Two FRFs that are zero everywhere (no path between the DoFs) count as equal.
     """
-    norms = [np.linalg.norm(h) for h in (reference, other)]
+    norms = [np.sqrt(np.sum(h.real**2 + h.imag**2)) for h in (reference, other)]
     if not all(norms):
         return float(norms[0] == norms[1])
-    return float(abs(np.vdot(reference / norms[0], other / norms[1])) ** 2)
+    return float(abs(np.sum((reference / norms[0]).conj() * (other / norms[1]))) ** 2)
 
 
 def subspace_mac(first: Array, second: Array, mass: FloatArray) -> float:
