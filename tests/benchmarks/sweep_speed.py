@@ -28,7 +28,7 @@ from fbs._kernels.blas_threads import one_blas_thread
 from mbs_models.model.model_file import load
 from mbs_models.model.parameters import Drivetrain
 from validation.routes.bands import Band
-from validation.routes.routes import EQUATIONS
+from validation.routes.source import equations_source
 from validation.runtime.executors import process_pool
 from validation.sweep.output import Pieces, Sweep, write_sweep
 from validation.sweep.parameters import Design, changed, design, model_data, steps_to
@@ -66,7 +66,7 @@ def rebuilt(
 ) -> Frf:
     """One sample from its parameters on: validated, assembled, solved."""
     data = model_data(drivetrain)
-    system = EQUATIONS.whole(changed(data, {steps_to(data, SPRING): stiffness}))
+    system = equations_source(changed(data, {steps_to(data, SPRING): stiffness})).whole
     return solve(system, lines, [PAIR[0]], [PAIR[1]])
 
 
@@ -111,7 +111,7 @@ def stiffness_sweep(name: str, drivetrain: Drivetrain) -> None:
     place = steps_to(data, SPRING)
     worst = max(
         scaled_error(
-            EQUATIONS.whole(changed(data, {place: found.samples[i][0]})),
+            equations_source(changed(data, {place: found.samples[i][0]})).whole,
             lines,
             outcome.magnitude[i],
         )

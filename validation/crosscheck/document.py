@@ -13,7 +13,7 @@ from ..checks.metrics import frac
 from ..checks.peaks import Peak, Resonance
 from ..report.curves import relative_difference
 from ..report.digits import ERROR_DIGITS
-from ..report.documents import document_head, not_finite, rounded_lists
+from ..report.documents import check_document, document_head, not_finite, rounded_lists
 from ..report.provenance import Provenance
 from ..routes.time_domain import TimeDomain
 from ..runtime.output_folder import Writer
@@ -45,7 +45,7 @@ def results_document(result: CrossCheck, made: Provenance) -> dict[str, Any]:
         "source": result.drivetrain.source,
         "conventions": CONVENTIONS,
         "arrays": ARRAYS,
-        "checks": result.checks,
+        "checks": [check_document(check) for check in result.checks],
         "modes": [_mode(result, number) for number in range(len(result.modes.modes))],
         "band_hz": {"fmin": result.band.fmin, "fmax": result.band.fmax, "df": result.band.df},
         "lines": len(result.frequency),

@@ -12,11 +12,11 @@ from mbs_models.modal.mode_kinds import Kind
 from mbs_models.model.model_file import load
 from mbs_models.model.parameters import Drivetrain
 from tests.strategies import changed, damped, paper, with_coupling, with_stage
-from validation.crosscheck.comparison import cross_check
-from validation.crosscheck.results import CrossCheck
+from validation.crosscheck.result import CrossCheck
+from validation.crosscheck.study import cross_check
 from validation.routes import equations
 from validation.routes.bands import Band
-from validation.routes.routes import Source, exudyn_source
+from validation.routes.source import Source, equations_source
 
 COARSE = Band(5.0, 15000.0, 5.0)
 
@@ -25,12 +25,9 @@ def check_against(
     perturb: Callable[[Drivetrain], Drivetrain], drivetrain: Drivetrain | None = None
 ) -> CrossCheck:
     """A cross-check whose equations are of another drivetrain."""
-    witness = Source(
-        "equations",
-        lambda d: equations.drivetrain_system(perturb(d)),
-        lambda d, name: equations.stage_system(perturb(d), name),
+    return cross_check(
+        drivetrain or damped(paper()), COARSE, equations=lambda d: equations_source(perturb(d))
     )
-    return cross_check(drivetrain or damped(paper()), COARSE, sources=(exudyn_source(), witness))
 
 
 def disagreements(result: CrossCheck) -> dict[str, tuple[str, ...]]:
@@ -149,8 +146,10 @@ def test_a_missing_half_of_the_hub_is_found() -> None:
             drivetrain = with_coupling(drivetrain, inertia_over_r2=4.48e-12)
         return equations.stage_system(drivetrain, name)
 
-    witness = Source("equations", equations.drivetrain_system, without_half)
-    result = cross_check(damped(paper()), COARSE, sources=(exudyn_source(), witness))
+    def source(drivetrain: Drivetrain) -> Source:
+        return Source("equations", drivetrain, equations.drivetrain_system, without_half)
+
+    result = cross_check(damped(paper()), COARSE, equations=source)
     assert not result.agrees
     found = disagreements(result)
     assert "mass at coupling.w" in found["Mass matrix, entry by entry | equations"][0]
