@@ -19,7 +19,7 @@ from ..routes.source import Source
 from ..runtime.progress import Progress
 from .check import Check
 from .diagnosis import describe, locate
-from .metrics import frac, frf_errors, row_norms
+from .metrics import error_scale, frac, row_norms, squared_errors
 
 Pair = tuple[str, str]
 
@@ -173,16 +173,27 @@ class _Errors:
     worst: int  # response and excitation of the worst line, as one index
 
     @classmethod
-    def of(cls, error: FloatArray) -> _Errors:
-        """Of (n_response, n_excitation, n_line) scaled errors."""
-        flat = error.reshape(-1, error.shape[2])
-        line_max = flat.max(axis=0)
+    def of(cls, squares: FloatArray) -> _Errors:
+        """Of (n_response, n_excitation, n_line) squares of scaled errors."""
+        flat = squares.reshape(-1, squares.shape[2])
+        largest = flat.max(axis=0)
         return cls(
-            line_max,
-            np.median(np.ascontiguousarray(flat.T), axis=1, overwrite_input=True),
-            error.max(axis=2),
-            int(flat[:, line_max.argmax()].argmax()),
+            np.sqrt(largest),
+            np.where(np.isnan(largest), np.nan, _root_medians(flat)),
+            np.sqrt(squares.max(axis=2)),
+            int(flat[:, largest.argmax()].argmax()),
         )
+
+
+def _root_medians(squares: FloatArray) -> FloatArray:
+    """The median of the roots of each column."""
+    rows = np.ascontiguousarray(squares.T)
+    middle = rows.shape[1] // 2
+    rows.partition(middle, axis=1)
+    upper = np.sqrt(rows[:, middle])
+    if rows.shape[1] % 2:
+        return np.asarray(upper)
+    return np.asarray((upper + np.sqrt(rows[:, :middle].max(axis=1))) / 2.0)
 
 
 def _compare_block(
@@ -204,9 +215,17 @@ def _compare_block(
                 curves[pair][name] = frf.between(*pair).copy()
 
     keep(reference.name, ours)
+    norm = dict(zip(dofs, norms.T, strict=True))
+    scales: dict[tuple[tuple[str, ...], tuple[str, ...]], FloatArray] = {}
     for candidate in candidates:
-        theirs = candidate.route.frf(lines, candidate.responses, candidate.excitations)
-        errors[candidate.route.name] = _Errors.of(frf_errors(ours, theirs, norms))
+        labels = candidate.responses, candidate.excitations
+        if labels not in scales:
+            rows, columns = (np.stack([norm[label] for label in each]) for each in labels)
+            scales[labels] = error_scale(rows, columns)
+        theirs = candidate.route.frf(lines, *labels)
+        same = ours if labels == (dofs, dofs) else ours.select(*labels)
+        difference = (theirs.values - same.values).transpose(1, 2, 0)
+        errors[candidate.route.name] = _Errors.of(squared_errors(difference, scales[labels]))
         keep(candidate.route.name, theirs)
     kernel = kernel_condition(source, lines) if source.joints else np.empty(0)
     return _Block(errors, curves, norms, kernel)

@@ -33,42 +33,29 @@ def scaled_error(reference: Array, other: Array) -> FloatArray:
         (n_line, n, n), the same DoFs as responses and excitations.
     """
     norm = np.linalg.norm(reference, axis=2).T
-    difference = (other - reference).transpose(1, 2, 0)
-    return _scaled(difference, norm, norm).transpose(2, 0, 1)
+    square = squared_errors((other - reference).transpose(1, 2, 0), error_scale(norm, norm))
+    return np.sqrt(square).transpose(2, 0, 1)
 
 
-def frf_errors(reference: Frf, other: Frf, norms: FloatArray) -> FloatArray:
-    """`scaled_error` of the FRFs that another route has.
+def error_scale(rows: FloatArray, columns: FloatArray) -> FloatArray:
+    """h_i h_j (n_response, n_excitation, n_line) of rows' norms (n, n_line).
 
-    Parameters
-    ----------
-    reference
-        Between all DoFs, responses and excitations in one order.
-    other
-        Between some of them.
-    norms
-        `row_norms` of the reference.
-
-    Returns
-    -------
-    (n_response, n_excitation, n_line), of the other's labels.
+    Raises
+    ------
+    ValueError
+        A DoF responds to nothing.
     """
-    norm = dict(zip(reference.responses, norms.T, strict=True))
-    rows, columns = (
-        np.stack([norm[label] for label in labels])
-        for labels in (other.responses, other.excitations)
-    )
-    same = reference.select(other.responses, other.excitations)
-    return _scaled((other.values - same.values).transpose(1, 2, 0), rows, columns)
-
-
-def _scaled(difference: Array, rows: FloatArray, columns: FloatArray) -> FloatArray:
     if not (rows.all() and columns.all()):
         raise ValueError("a DoF of the reference does not respond to anything: nothing to scale by")
-    square = difference.real**2 + difference.imag**2
-    square /= rows[:, None] * columns
-    error: FloatArray = np.sqrt(square, out=square)
-    return error
+    return np.asarray(rows[:, None] * columns)
+
+
+def squared_errors(difference: Array, scale: FloatArray) -> FloatArray:
+    """|ΔH_ij|² / (h_i h_j): the squares of scaled errors, which are ranked as those are."""
+    square: FloatArray = difference.real**2
+    square += difference.imag**2
+    square /= scale
+    return square
 
 
 def decibel_difference(reference: Array, other: Array) -> FloatArray:

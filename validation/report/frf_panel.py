@@ -278,7 +278,7 @@ def draw_modes(axes: Axes, modes: Sequence[Mode], rows: Sequence[str]) -> None:
     axes.set_yticks(range(len(rows)), list(rows), fontsize=7.0)
     axes.tick_params(length=0.0, which="both")
     axes.spines[["left", "bottom"]].set_visible(False)
-    axes.grid(visible=False, axis="x")
+    axes.xaxis.set_visible(False)
 
 
 def draw_magnitude(axes: Axes, panel: FrfPanel, columns: int) -> None:

@@ -58,7 +58,10 @@ class MatrixRoute:
 
     def frf(self, lines: FloatArray, responses: Labels = None, excitations: Labels = None) -> Frf:
         """Receptances on some lines (Hz) between labels (None: all there are)."""
-        return self.solve(lines).select(responses, excitations)
+        frf = self.solve(lines)
+        if (responses, excitations) in ((None, None), (frf.responses, frf.excitations)):
+            return frf
+        return frf.select(responses, excitations)
 
 
 def whole_route(source: Source, synthesis: Synthesis | None = None) -> MatrixRoute:
