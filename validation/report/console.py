@@ -7,8 +7,9 @@ one line each, for those who search them; on a terminal both wrap, and nothing i
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
+from rich.cells import cell_len
 from rich.console import Console
 from rich.table import Table as Grid
 from rich.text import Text
@@ -16,6 +17,7 @@ from rich.text import Text
 from ..checks.check import Check
 from .page import Table
 
+FRAME = 3  # columns a table's lines and padding take beside each of its own
 WIDE = 160  # columns of a file or a pipe, unless COLUMNS says otherwise
 
 
@@ -36,7 +38,6 @@ def print_table(
     title: str,
     table: Table,
     *,
-    whole: Iterable[int] = (0,),
     styles: Sequence[str] = (),
     cell_styles: Sequence[Sequence[str]] = (),
 ) -> None:
@@ -46,8 +47,6 @@ def print_table(
     ----------
     terminal, title, table
         Where, under which title, what.
-    whole
-        Columns that wrap last.
     styles
         Of its rows, in rich's words.
     cell_styles
@@ -56,13 +55,12 @@ def print_table(
     if not table.rows:
         return
     grid = Grid(title=Text(title, "italic"), title_justify="left")
+    widths = _widths(table, terminal.width)
     for number, heading in enumerate(table.headings):
-        right = number in table.numbers
         grid.add_column(
             Text(heading),
-            justify="right" if right else "left",
-            no_wrap=right,
-            min_width=_longest_word(table, number) if number in whole else None,
+            justify="right" if number in table.numbers else "left",
+            width=widths[number],
             overflow="fold",
         )
     for number, row in enumerate(table.rows):
@@ -91,7 +89,7 @@ def print_verdicts(terminal: Console, title: str, checks: Sequence[Check]) -> No
         styles.append(("", "", "", "", "", "green" if check.agrees else "bold red"))
     headings = ("comparison", "of", "routes", "value", "allowed", "verdict")
     table = Table(headings, tuple(rows), frozenset({3, 4}))
-    print_table(terminal, title, table, whole=(5,), cell_styles=styles)
+    print_table(terminal, title, table, cell_styles=styles)
     for check in checks:
         if not check.agrees:
             routes = " – ".join(check.routes)
@@ -99,6 +97,23 @@ def print_verdicts(terminal: Console, title: str, checks: Sequence[Check]) -> No
             say(terminal, *(f"  {finding}" for finding in check.findings))
 
 
-def _longest_word(table: Table, column: int) -> int:
-    cells = (table.headings[column], *(row[column] for row in table.rows))
-    return max((len(word) for cell in cells for word in cell.split()), default=1)
+def _widths(table: Table, room: int) -> list[int | None]:
+    """Widths at which no word breaks and no number wraps; None, rich's own, where that is too much.
+
+    What is left of the room goes to columns by how much more they would take.
+    """
+    columns = range(len(table.headings))
+    least, most = zip(*(_width(table, column) for column in columns), strict=True)
+    left = room - 1 - sum(least) - FRAME * len(least)
+    wanted = sum(most) - sum(least)
+    if left < 0 or left >= wanted:
+        return [None] * len(least)
+    return [a + left * (b - a) // wanted for a, b in zip(least, most, strict=True)]
+
+
+def _width(table: Table, column: int) -> tuple[int, int]:
+    """The width of a column's longest word, and of its longest line."""
+    cells = [table.headings[column], *(row[column] for row in table.rows)]
+    words = [word for cell in cells for word in cell.split()]
+    whole = cells[1:] if column in table.numbers else []
+    return max(map(cell_len, [*words, *whole]), default=1), max(map(cell_len, cells))

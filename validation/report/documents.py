@@ -28,12 +28,15 @@ def document_head(
     made: Provenance,
     *,
     verdict: str,
-    agrees: bool,
+    agrees: bool | None,
     warnings: Sequence[str],
     seconds: Mapping[str, float],
     schema_version: int = SCHEMA_VERSION,
 ) -> dict[str, Any]:
-    """What every file of numbers begins with: of what, with which verdict, when, by what."""
+    """What every file of numbers begins with: of what, with which verdict, when, by what.
+
+    ``agrees`` is None where nothing was checked.
+    """
     return {
         "schema_version": schema_version,
         "model": drivetrain.name,

@@ -71,6 +71,17 @@ class Curve:
     frequency: FloatArray | None = None
 
 
+@dataclass(frozen=True, eq=False)
+class Band:
+    """What lies between two levels (n_frequency,), dB, as that of most samples."""
+
+    name: str
+    low: FloatArray
+    high: FloatArray
+    color: str
+    alpha: float = 1.0
+
+
 @dataclass(frozen=True)
 class Mode:
     """A natural frequency: a long tick in its row where the FRF shows it, a short one elsewhere."""
@@ -132,6 +143,8 @@ class FrfPanel:
         Inches; the page scales it.
     from_zero
         Whether the axis is linear and begins at 0 Hz, whatever the band.
+    bands
+        Behind the curves.
     """
 
     frequency: FloatArray
@@ -144,6 +157,7 @@ class FrfPanel:
     title: str = ""
     width: float = WIDTH
     from_zero: bool = False
+    bands: tuple[Band, ...] = ()
 
     @property
     def logarithmic(self) -> bool:
@@ -282,7 +296,14 @@ def draw_modes(axes: Axes, modes: Sequence[Mode], rows: Sequence[str]) -> None:
 
 
 def draw_magnitude(axes: Axes, panel: FrfPanel, columns: int) -> None:
-    """The curves' levels (dB)."""
+    """The curves' levels (dB), over the bands."""
+    for band in panel.bands:
+        starts = _evenly(panel.positions(panel.frequency), columns)
+        axes.fill_between(
+            panel.frequency[starts], np.minimum.reduceat(band.low, starts),
+            np.maximum.reduceat(band.high, starts), color=band.color, alpha=band.alpha, lw=0.0,
+            label=band.name,
+        )  # fmt: skip
     for curve in panel.curves:
         frequency = panel.frequency if curve.frequency is None else curve.frequency
         level = decibels(curve.values)
@@ -296,7 +317,7 @@ def draw_magnitude(axes: Axes, panel: FrfPanel, columns: int) -> None:
 def _plot(axes: Axes, x: FloatArray, y: FloatArray, curve: Curve) -> None:
     axes.plot(
         x, y, color=curve.color, linewidth=curve.width, linestyle=curve.dash if curve.width else "",
-        marker=curve.marker, markersize=curve.size, dash_capstyle="butt",
+        marker=curve.marker, markersize=curve.size, dash_capstyle="butt", label=curve.name,
     )  # fmt: skip
 
 

@@ -30,11 +30,10 @@ from mbs_models.model.parameters import Drivetrain, PlanetaryStage
 from mbs_models.system.drivetrain import build_drivetrain
 from mbs_models.system.linearization import linearize, round_off_force
 
+from ..arrays import FloatArray
 from ..checks.check import Check
 from ..report.digits import engineering
 from ..routes.periodic_meshes import parametric
-
-FloatArray = NDArray[np.float64]
 
 NOTHING_EXCITES = (
     "Nothing excites: no mesh has a stiffness that varies or a transmission error, so that every "
@@ -94,8 +93,8 @@ class Stability:
     growth_rate: float
 
     @property
-    def in_words(self) -> str:
-        """In a sentence."""
+    def sentence(self) -> str:
+        """What it means for the run."""
         stages = " and ".join(self.stages)
         if self.growth_rate > 0.0:
             return (
@@ -150,7 +149,7 @@ class GearRun:
     frequencies_loaded: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     @property
-    def loaded_in_words(self) -> str:
+    def loaded_sentence(self) -> str:
         """What the torque does to natural frequencies, in a sentence; empty without one."""
         if not self.point.torque or not len(self.frequencies_at_rest):
             return ""
@@ -234,7 +233,7 @@ def steady_checks(gears: GearRun | None) -> tuple[Check, ...]:
             "growth of the fastest growing motion, 1/s", each.growth_rate, 0.0,
             "what grows by parametric instability ends in no steady state, and only play, as teeth "
             "part, would end it",
-            (each.in_words,) if each.growth_rate > 0.0 else (),
+            (each.sentence,) if each.growth_rate > 0.0 else (),
         )
         for each in gears.stability
         if each.growth_rate > 0.0
@@ -275,22 +274,22 @@ def _stability(drivetrain: Drivetrain, point: OperatingPoint) -> tuple[Stability
         for family in families(stage)
         for name in family.names
     }
-    found = []
+    stabilities = []
     for group, growth in stability_by_period(periodic.system, periodic.springs, turns):
         stages = dict.fromkeys(stage_of[periodic.springs[m].name] for m in group)
-        found.append(Stability(tuple(stages), float(growth.growth_rate[0])))
-    return tuple(found)
+        stabilities.append(Stability(tuple(stages), float(growth.growth_rate[0])))
+    return tuple(stabilities)
 
 
 def _phasing(drivetrain: Drivetrain, point: OperatingPoint) -> dict[str, tuple[Phasing, ...]]:
-    found = {}
+    phasings = {}
     for stage in drivetrain.stages:
         if isinstance(stage, PlanetaryStage) and stage.name in point.mesh_frequencies:
             try:
-                found[stage.name] = phasing(stage, HARMONICS)
+                phasings[stage.name] = phasing(stage, HARMONICS)
             except ModelError:
                 continue  # planets that differ: tooth numbers alone do not tell
-    return found
+    return phasings
 
 
 def _sensors(
@@ -299,7 +298,7 @@ def _sensors(
     record: TransientRecord,
     tones: tuple[MeshTone, ...],
 ) -> list[RingSensor]:
-    found = []
+    sensors = []
     for stage in drivetrain.stages:
         tone = next((tone for tone in tones if tone.name == f"mesh {stage.name}"), None)
         phases = point.phases.get(stage.name)
@@ -307,8 +306,8 @@ def _sensors(
             continue
         turns = abs(tone.carrier_frequency) * record.n_samples / record.sampling_frequency
         if turns >= LEAST_TURNS and tone.mesh_frequency < record.sampling_frequency / 2.0:
-            found.append(_sensor(stage, tone, phases.ring, record))
-    return found
+            sensors.append(_sensor(stage, tone, phases.ring, record))
+    return sensors
 
 
 def _sensor(

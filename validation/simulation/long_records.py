@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from mbs_models.errors import ModelError
 from mbs_models.integration.reversal import odd_part
 
-FloatArray = NDArray[np.float64]
+from ..arrays import FloatArray
+
 IndexArray = NDArray[np.int_]
 
 PIECE = 1 << 16  # samples at a time

@@ -246,7 +246,7 @@ def partings(turning: Turning, states: SteadyStates) -> tuple[Parting, ...]:
 
 def loose_meshes(turning: Turning) -> tuple[str, ...]:
     """Families with backlash and without load: nothing says which of their flanks touch."""
-    told = []
+    warnings = []
     for family in turning.families:
         loose = [
             column
@@ -255,11 +255,11 @@ def loose_meshes(turning: Turning) -> tuple[str, ...]:
             and turning.static_forces[column] == 0.0
         ]
         if loose:
-            told.append(
+            warnings.append(
                 f"{family.name}: backlash and no load; the linear steady state keeps their teeth "
                 "in contact, and its numbers do not hold"
             )
-    return tuple(told)
+    return tuple(warnings)
 
 
 def describe_energy(shares: ComponentShares, mode: int) -> str:

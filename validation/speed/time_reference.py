@@ -134,13 +134,13 @@ def time_reference(turning: Turning, speed_rpm: float, progress: Progress) -> Ti
             f"--check = {speed_rpm:g}: no line can be told from its neighbours and from slow modes "
             f"within {LONGEST_RUN_IN + layout.measured:.3g} s; give another speed, or more damping"
         )
-    found = turning.steady_state([speed_rpm / 60.0], layout.integrator.step)
+    steady = turning.steady_state([speed_rpm / 60.0], layout.integrator.step)
     fit = _apart(loudness.max(axis=1), frequency, 4.0 / layout.measured)
-    time = np.full(_channels(found).shape, np.nan, dtype=complex)
+    time = np.full(_channels(steady).shape, np.nan, dtype=complex)
     settled = np.zeros(time.shape, dtype=bool)
     with TemporaryDirectory() as folder:
         time[fit], settled[fit] = _measure(
-            turning, point, found, layout, frequency[fit], Path(folder) / "run",
+            turning, point, steady, layout, frequency[fit], Path(folder) / "run",
             lambda _, done, total: progress(f"exudyn at {speed_rpm:g} rpm", done, total),
         )  # fmt: skip
     return TimeReference(
@@ -149,7 +149,7 @@ def time_reference(turning: Turning, speed_rpm: float, progress: Progress) -> Ti
         frequency=frequency[shown],
         meshes=turning.meshes,
         dofs=linear.dofs,
-        balance=_channels(found)[shown],
+        balance=_channels(steady)[shown],
         time=time[shown],
         waited=layout.comparable,
         comparable=layout.comparable & settled[shown],
@@ -220,7 +220,7 @@ def _apart(loudness: FloatArray, frequency: FloatArray, distance: float) -> NDAr
 def _measure(
     turning: Turning,
     point: OperatingPoint,
-    found: PeriodicResponse,
+    steady: PeriodicResponse,
     layout: _Layout,
     frequency: FloatArray,
     store: Path,
@@ -231,9 +231,9 @@ def _measure(
     Accelerations are jω′ times the lines of the velocity, as the trapezoidal rule has them: its own
     accelerations of near-massless bodies alternate from step to step.
     """
-    dofs = found.system.dofs
+    dofs = steady.system.dofs
     start, rates = (
-        outputs(found, np.eye(len(dofs)), quantity=quantity)[0].sum(axis=0).real
+        outputs(steady, np.eye(len(dofs)), quantity=quantity)[0].sum(axis=0).real
         for quantity in (Quantity.RECEPTANCE, Quantity.MOBILITY)
     )
     record = simulate(
@@ -268,11 +268,11 @@ def _measure(
     return whole, np.abs(first - second) <= SETTLED * np.abs(whole)
 
 
-def _channels(found: PeriodicResponse) -> ComplexArray:
+def _channels(steady: PeriodicResponse) -> ComplexArray:
     """Forces of all meshes and accelerations of all DoFs at the one speed (n_line, n_channel)."""
-    everything = np.eye(len(found.system.dofs))
-    acceleration = outputs(found, everything, quantity=Quantity.ACCELERANCE)
-    return np.hstack([found.spring_forces[0], acceleration[0]])
+    everything = np.eye(len(steady.system.dofs))
+    acceleration = outputs(steady, everything, quantity=Quantity.ACCELERANCE)
+    return np.hstack([steady.spring_forces[0], acceleration[0]])
 
 
 def fitted(
@@ -308,9 +308,9 @@ def fitted(
         weighted = (weight[:, None] * basis).T
         square += weighted @ basis
         right = right + weighted @ samples(part)
-    found = np.linalg.solve(square, right)
+    solution = np.linalg.solve(square, right)
     n = len(frequency)
-    return np.asarray(found[:n] + 1j * found[n : 2 * n])
+    return np.asarray(solution[:n] + 1j * solution[n : 2 * n])
 
 
 def reference_checks(references: Sequence[TimeReference]) -> tuple[Check, ...]:
@@ -393,27 +393,27 @@ def torque_hint(reference: TimeReference, lower: TimeReference, share: float) ->
 
 def reference_warnings(references: Sequence[TimeReference]) -> tuple[str, ...]:
     """Where exudyn in time cannot tell."""
-    told = []
+    warnings = []
     for reference in references:
         n = len(reference.meshes)
         for kind, part in (("mesh forces", slice(0, n)), ("accelerations", slice(n, None))):
             if not reference.comparable[:, part].any():
-                told.append(
+                warnings.append(
                     f"exudyn in time at {reference.speed_rpm:g} rpm cannot tell {kind}: no line "
-                    "had settled, or can be told from its neighbours"
+                    "had settled, or can be warnings from its neighbours"
                 )
-    return tuple(told)
+    return tuple(warnings)
 
 
 def _findings(reference: TimeReference, wrong: BoolArray, first: int) -> tuple[str, ...]:
-    told = []
+    findings = []
     for line, column in np.argwhere(wrong):
         at = column + first
         unit = "N" if at < len(reference.meshes) else "m/s²"
-        told.append(
+        findings.append(
             f"{reference.channels[at]}, {reference.names[line]} "
             f"({reference.frequency[line]:.5g} Hz): "
             f"{abs(reference.time[line, at]):.4g} {unit} in time, "
             f"{abs(reference.balance[line, at]):.4g} {unit} by harmonic balance"
         )
-    return tuple(told)
+    return tuple(findings)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -20,10 +19,11 @@ from validation.routes.multibody import stage_system
 from validation.routes.source import equations_source, exudyn_source
 
 BAND = ["--fmin", "500", "--fmax", "4000", "--df", "500"]
+HUB = ["--response", "coupling.w", "--excitation", "coupling.w"]
 
 
 @pytest.fixture
-def built(monkeypatch: pytest.MonkeyPatch) -> Iterator[Counter[tuple[str, ...]]]:
+def built(monkeypatch: pytest.MonkeyPatch) -> Counter[tuple[str, ...]]:
     """How often each exudyn system has been put together: by its parameters and its bodies."""
     counted: Counter[tuple[str, ...]] = Counter()
     finish = builder._finish
@@ -34,7 +34,7 @@ def built(monkeypatch: pytest.MonkeyPatch) -> Iterator[Counter[tuple[str, ...]]]
         return system
 
     monkeypatch.setattr(builder, "_finish", counting)
-    yield counted
+    return counted
 
 
 def whole_and_parts(counted: Counter[tuple[str, ...]]) -> list[int]:
@@ -68,8 +68,7 @@ def test_run_of_a_damped_model_builds_nothing_twice(
         (["frf", "paper", "--response", "all", "--excitation", "coupling.w", *BAND], 1),
         (["frf", "paper", "--response", "all", "--excitation", "all", "--route", "fbs", *BAND], 2),
         (
-            ["frf", "paper", "--stage", "planetary", "--response", "coupling.w", "--excitation"]
-            + ["coupling.w", *BAND],
+            ["frf", "paper", "--stage", "planetary", *HUB, *BAND],
             1,
         ),
         (["check", "paper"], 1),
@@ -84,9 +83,7 @@ def test_commands_build_each_system_once(
     assert len(built) == systems
 
 
-def test_a_sweep_builds_each_sample_once(
-    built: Counter[tuple[str, ...]], tmp_path: Path
-) -> None:
+def test_a_sweep_builds_each_sample_once(built: Counter[tuple[str, ...]], tmp_path: Path) -> None:
     """Two planet numbers: the planetary stage of each, the reducer of neither anew."""
     given = ["--vary", "planetary.planets=3,4", "--modes", "3", "--workers", "1"]
     pair = ["--response", "planetary.sun.w", "--excitation", "reducer.pinion.w"]

@@ -1,9 +1,10 @@
-"""What is asked of a run in time, and what it finds, as its report says it."""
+"""What a run in time finds."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any, ClassVar
 
 from mbs_models.integration.transient_record import TransientRecord
 from mbs_models.model.excitation import Excitation
@@ -11,52 +12,16 @@ from mbs_models.model.parameters import Drivetrain
 from mbs_models.signals.lines import Signal
 
 from ..checks.check import Check
+from ..report.page import Page
+from ..report.provenance import Provenance
+from ..runtime.output_folder import Writer
 from .drive_level import DriveLevels
 from .estimates import EstimatedFrfs
 from .gear_run import GearRun
 
 
-@dataclass(frozen=True)
-class Request:
-    """What is asked of a run; None leaves the choice to the run.
-
-    Attributes
-    ----------
-    excitations
-        From outside.
-    responses
-        DoFs that are recorded (None: all).
-    duration
-        Seconds, run-in included.
-    fmax
-        End of the band of interest (Hz).
-    sampling_frequency
-        Of what is kept (Hz).
-    integrator, step
-        Name, and s.
-    speed_rpm, torque
-        Operating point of the input (rpm, N m); None: the model file's.
-    levels
-        Factors on the excitation at which the FRF is asked for.
-    reverse
-        Whether FRFs are taken from what changes sign with the force: a second run, reversed.
-    """
-
-    excitations: tuple[Excitation[Signal], ...] = ()
-    responses: tuple[str, ...] | None = None
-    duration: float | None = None
-    fmax: float | None = None
-    sampling_frequency: float | None = None
-    integrator: str | None = None
-    step: float | None = None
-    speed_rpm: float | None = None
-    torque: float | None = None
-    levels: tuple[float, ...] = ()
-    reverse: bool = True
-
-
 @dataclass(frozen=True, eq=False)
-class Simulation:
+class SimulationResult:
     """A run, and what was made of it.
 
     Attributes
@@ -89,7 +54,11 @@ class Simulation:
         What to mind.
     seconds
         How long each step took.
+    saved
+        Formats in which the record is kept, of `records.FORMATS`.
     """
+
+    files: ClassVar = ("simulation.html", "simulation.json")
 
     drivetrain: Drivetrain
     borrowed_damping: bool
@@ -105,8 +74,27 @@ class Simulation:
     hints: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     seconds: Mapping[str, float] = field(default_factory=dict)
+    saved: tuple[str, ...] = ()
 
     @property
     def agrees(self) -> bool:
         """Whether every check agrees."""
         return all(check.agrees for check in self.checks)
+
+    def page(self) -> Page:
+        """What simulation.html says."""
+        from .page import simulation_page  # pictures take their time to load
+
+        return simulation_page(self)
+
+    def document(self, made: Provenance) -> dict[str, Any]:
+        """What simulation.json holds."""
+        from .document import simulation_document
+
+        return simulation_document(self, made)
+
+    def companions(self, made: Provenance) -> dict[str, str | Writer]:
+        """The record in every format it is kept in."""
+        from .records import record_writer
+
+        return {f"record.{name}": record_writer(self, made, name) for name in self.saved}
