@@ -154,33 +154,13 @@ def paper(
         str, typer.Option(metavar="DB", help="Largest error where modes are left out.")
     ] = "0.1dB",
 ) -> None:
-    """Check the seed paper's tables, figures and claims; exit code 1 if our own routes disagree."""
-    from .paper import options as paper_input
-    from .runtime.streams import progress_bars
+    """Check the paper's tables, figures, equations and claims.
 
-    tolerance_db = paper_input.decibels("--tolerance", tolerance)
-    item = None if only is None else paper_input.item("--only", only)
-    from .runtime.output_folder import held
+    Exit code 1 if our own routes disagree.
+    """
+    from .paper.command import run_command
 
-    with held(out, ("paper.html", "paper.json")), progress_bars() as progress:
-        from .paper import paper_study  # takes its time to load: bad input is told before
-        from .paper.page import write_paper_report
-
-        study = paper_study(
-            item,
-            tolerance_db=tolerance_db,
-            progress=lambda _, done, total: progress("checking the paper", done, total),
-        )
-        progress("writing the report", 0, 1)
-        html, data = write_paper_report(study, out)
-        progress("writing the report", 1, 1)
-    from .paper.agreement import route_checks
-    from .paper.console import paper_verdicts
-
-    checks = route_checks(study)
-    paper_verdicts(study, checks)
-    print(f"Report: {html}\nResults: {data}")
-    if not all(check.agrees for check in checks):
+    if not run_command(out, only, tolerance).agrees:
         raise typer.Exit(1)
 
 

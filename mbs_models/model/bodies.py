@@ -147,7 +147,7 @@ class Body(Table):
 
 class ParallelGear(Body):
     """Pinion or wheel of a parallel stage, with its bearing: y along the transverse line of action,
-    z axial, rocking about y (Kahraman 1993; seed paper, Table 1).
+    z axial, rocking about y (Kahraman 1993; the paper, Table 1).
 
     ``bearing_y`` and ``bearing_z``, or ``bearing = [[yy, yz], [yz, zz]]``; ``bearing_damping`` (a
     number or such a matrix) takes the place of β k.

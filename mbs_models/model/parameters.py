@@ -95,7 +95,7 @@ MeshStiffness = (
 
 
 class ParallelStage(Table):
-    """A pair of gears on parallel shafts (seed paper, Eqs. 4–9)."""
+    """A pair of gears on parallel shafts (the paper, Eqs. 4–9)."""
 
     type: Literal["parallel"]
     name: Name

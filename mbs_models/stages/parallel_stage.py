@@ -1,4 +1,4 @@
-"""Bodies and springs of a parallel stage (Kahraman 1993; seed paper, Eqs. 4–9).
+"""Bodies and springs of a parallel stage (Kahraman 1993; the paper, Eqs. 4–9).
 
 In the stage's frame x is normal to the transverse line of action, y along it, z axial. The pinion
 stands at the origin. Deflection of the mesh, from the geometry below:

@@ -1,4 +1,4 @@
-"""Bodies and springs of a planetary stage (Lin & Parker 1999; seed paper, Eq. 1).
+"""Bodies and springs of a planetary stage (Lin & Parker 1999; the paper, Eq. 1).
 
 In the stage's frame planet p stands at angle φ_p on the carrier; u is along x (planets: radial),
 v along y (planets: tangential), w = r·θ counter-clockwise.

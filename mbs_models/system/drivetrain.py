@@ -112,7 +112,7 @@ def build_stage(
     """Build one stage (or inertia) alone, with its half of every hub it is coupled by.
 
     The hub's half hangs on the stage's own spring of the coupling; ``<coupling>.w`` is the
-    interface DoF on both sides of the cut (seed paper, Eqs. 6 and 10). A massless hub is cut at its
+    interface DoF on both sides of the cut (the paper, Eqs. 6 and 10). A massless hub is cut at its
     rigid end: its spring is the joint, in neither of the two. Translations are joints too. Laws in
     ``meshes`` of other stages' meshes are left aside.
     """

@@ -1,7 +1,7 @@
 """The paper's lumped matrices from mesh vectors: the third witness.
 
 Every spring of stiffness k deflects by δ = vᵀq, so K = Σ k v vᵀ; C = β K + α M element by element.
-The vectors are the printed equations (seed paper, Eqs. 1 and 9), with two misprints put right:
+The vectors are the printed equations (the paper, Eqs. 1 and 9), with two misprints put right:
 δ_rp has u_r where the paper prints u_c, and φ_rp = φ_p + α_r (Lin & Parker 1999). Appendix A's
 blocks are not used: as printed they are no sums of outer products. Nothing here knows exudyn or
 positions in space.
@@ -59,7 +59,7 @@ class Lumped:
 
 
 def drivetrain_system(drivetrain: Drivetrain) -> SecondOrderSystem:
-    """M, C, K of the whole drivetrain (seed paper, Eqs. 2, 11, 12)."""
+    """M, C, K of the whole drivetrain (the paper, Eqs. 2, 11, 12)."""
     return assemble(drivetrain_elements(drivetrain), drivetrain.damping)
 
 
@@ -75,7 +75,7 @@ def drivetrain_elements(drivetrain: Drivetrain) -> Lumped:
 
 
 def stage_system(drivetrain: Drivetrain, name: str) -> SecondOrderSystem:
-    """M, C, K of one stage with its halves of the hubs (seed paper, Eqs. 6, 7, 10)."""
+    """M, C, K of one stage with its halves of the hubs (the paper, Eqs. 6, 7, 10)."""
     lumped = _part(drivetrain.part(name))
     for coupling in drivetrain.couplings:
         ends = [end for end in coupling.ends if end[0].partition(".")[0] == name]

@@ -1,18 +1,16 @@
-"""The systems of the study: the paper's two stages, their variants, and the paper's numbering."""
+"""The paper's drivetrain: its two stages and hub, their variants, and the paper's numbering."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
-from fbs import RealModes, SecondOrderSystem, real_modes
 from mbs_models.model.model_file import load
 from mbs_models.model.parameters import Coupling, Drivetrain, ParallelStage, PlanetaryStage
 
 from ..errors import CommandError
 from ..routes.source import Source, equations_source, exudyn_source
-from .results import DofName
+from .item import DofName
 
 PAPER, TABLE_2 = "Lin & Parker (1999)", "Table 2 as printed"
 PARAMETER_SETS = {PAPER: "paper", TABLE_2: "paper-table2"}
@@ -87,8 +85,25 @@ class PaperCase:
         """k_sw (N/m)."""
         return float(self.coupling.second_stiffness)
 
+    @cached_property
+    def exudyn(self) -> Source:
+        """exudyn's systems."""
+        return exudyn_source(self.drivetrain)
+
+    @cached_property
+    def equations(self) -> Source:
+        """The equations' systems."""
+        return equations_source(self.drivetrain)
+
+    @cached_property
+    def uncoupled(self) -> Source:
+        """exudyn's systems of the subsystems without the hub."""
+        return exudyn_source(self.drivetrain.model_copy(update={"couplings": ()}))
+
     def with_shaft(self, stiffness: float) -> PaperCase:
-        """The same with another k_sw (N/m)."""
+        """The same with another k_sw (N/m); itself where that is its own."""
+        if stiffness == self.shaft_stiffness:
+            return self
         return self._with_coupling(second_stiffness=stiffness)
 
     def with_wheel_spring(self, stiffness: float) -> PaperCase:
@@ -123,9 +138,24 @@ class PaperCase:
         return PaperCase(self.drivetrain.model_copy(update=values))
 
     @property
+    def a(self) -> str:
+        """Name of subsystem A."""
+        return self.parallel.name
+
+    @property
+    def b(self) -> str:
+        """Name of subsystem B."""
+        return self.planetary.name
+
+    @property
     def hub(self) -> str:
         """Label of the coupling DoF, the paper's θ(2,2)."""
         return f"{self.coupling.name}.w"
+
+    def label(self, name: str) -> str:
+        """The label of ``A.pinion.w``, ``B.sun.u`` or ``hub`` in this drivetrain."""
+        subsystem, _, dof = name.partition(".")
+        return {"A": f"{self.a}.{dof}", "B": f"{self.b}.{dof}", "hub": self.hub}[subsystem]
 
     @cached_property
     def dofs(self) -> tuple[DofName, ...]:
@@ -180,40 +210,3 @@ def parameter_sets(preset: Drivetrain | None) -> dict[str, PaperCase]:
     if preset is not None:
         cases[PAPER] = PaperCase(preset)
     return cases
-
-
-class Systems:
-    """A case's systems by both sources, and their modes, each built once."""
-
-    def __init__(self, case: PaperCase) -> None:
-        self.case = case
-        self._sources: dict[tuple[str, float], Source] = {}
-        self._modes: dict[tuple[float, str], RealModes] = {}
-
-    def exudyn(self, shaft: float | None = None) -> Source:
-        """exudyn's systems, with k_sw = ``shaft`` (default: the case's own)."""
-        return self._source(exudyn_source, shaft)
-
-    def equations(self, shaft: float | None = None) -> Source:
-        """The equations' systems."""
-        return self._source(equations_source, shaft)
-
-    def _source(self, make: Callable[[Drivetrain], Source], shaft: float | None) -> Source:
-        stiffness = self.case.shaft_stiffness if shaft is None else shaft
-        key = (make.__name__, stiffness)
-        if key not in self._sources:
-            self._sources[key] = make(self.case.with_shaft(stiffness).drivetrain)
-        return self._sources[key]
-
-    def modes(self, part: str = "", shaft: float | None = None) -> RealModes:
-        """Modes of exudyn's matrices: of the whole (``""``), or of a stage with its half hub."""
-        model = self.exudyn(shaft)
-        key = (self.case.shaft_stiffness if shaft is None else shaft, part)
-        if key not in self._modes:
-            self._modes[key] = real_modes(model.stages[part] if part else model.whole)
-        return self._modes[key]
-
-
-def with_loss_factor(system: SecondOrderSystem, loss_factor: float) -> SecondOrderSystem:
-    """The same system with structural damping K(1 + jη)."""
-    return replace(system, loss_factor=loss_factor)

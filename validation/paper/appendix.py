@@ -1,50 +1,56 @@
-"""Claims about Appendix A: is the printed K_B a stiffness matrix at all?"""
+"""Appendix A: is the printed K_B a stiffness matrix at all?"""
 
 from __future__ import annotations
-
-from collections.abc import Iterator
 
 import numpy as np
 
 from mbs_models.model.parameters import PlanetaryStage
 
+from ..arrays import FloatArray
 from ..routes import equations
 from . import printed
-from .curves import ZERO
-from .model import PaperCase
-from .results import Claim, FloatArray, Verdict
+from .bench import ZERO, Bench
+from .case import PaperCase
+from .item import Finding, Verdict, statement
 
 
-def appendix_claims(case: PaperCase) -> Iterator[Claim]:
-    """Appendix A: is K_B symmetric, and does it push back?"""
-    above, below = printed.carrier_blocks(case.planetary)
+@statement(
+    "appendix-symmetry", "Symmetry of K_B", "Eq. (25), Appendix A",
+    "K_B is the stiffness matrix of subsystem B.",
+    "the printed block of carrier and planet below the diagonal against the transpose of the one "
+    "above",
+)  # fmt: skip
+def symmetry(bench: Bench) -> Finding:
+    """Does Eq. (25) print a symmetric matrix?"""
+    above, below = printed.carrier_blocks(bench.case.planetary)
     asymmetry = float(np.max(np.abs(above.T - below)) / np.max(np.abs(above)))
-    yield Claim(
-        "appendix-symmetry", "Symmetry of K_B",
-        "K_B is the stiffness matrix of subsystem B.", "Eq. (25), Appendix A",
-        "the printed block of carrier and planet below the diagonal against the transpose of the "
-        "one above",
-        Verdict.HOLDS if asymmetry <= ZERO else Verdict.CORRECTED,
+    return Finding(
+        Verdict.of(asymmetry <= ZERO, corrected=True),
         f"K_c2 stands above and below the diagonal without a transpose, and differs from its own "
         f"transpose by {asymmetry:.2g} of its largest entry; K_s2 is 4 × 3 and fits below only as "
         "a transpose. So read, the matrix is symmetric",
         {"asymmetry": asymmetry},
-    )  # fmt: skip
+    )
+
+
+@statement(
+    "appendix-definite", "Definiteness of K_B", "Eqs. (23)–(27), Appendix A",
+    "K_B = K_mB + K_ss + K_bB with the blocks of Eqs. (23)–(26).",
+    "lowest eigenvalue of K_B as printed (blocks below the diagonal read as transposes), and each "
+    "block against k v vᵀ of Eq. (1) put right",
+)  # fmt: skip
+def definiteness(bench: Bench) -> Finding:
+    """Does the printed K_B push back?"""
+    case = bench.case
     stiffness = printed.stiffness_b(case.planetary, case.shaft_stiffness)
-    order = (case.hub, *case.internal_b)
-    right = equations.stage_system(case.drivetrain, case.planetary.name)
-    place = [right.dofs.index(label) for label in order]
-    exact = right.stiffness[np.ix_(place, place)]
+    right = equations.stage_system(case.drivetrain, case.b)
+    place = [right.dofs.index(label) for label in (case.hub, *case.internal_b)]
     lowest = _lowest_eigenvalue(stiffness)
-    own = _lowest_eigenvalue(exact)
+    own = _lowest_eigenvalue(right.stiffness[np.ix_(place, place)])
     wrong = wrong_blocks(case)
     k = case.planetary.sun_meshes[0]
-    yield Claim(
-        "appendix-definite", "Definiteness of K_B",
-        "K_B = K_mB + K_ss + K_bB with the blocks of Eqs. (23)–(26).", "Eqs. (23)–(27), Appendix A",
-        "lowest eigenvalue of K_B as printed (blocks below the diagonal read as transposes), and "
-        "each block against k v vᵀ of Eq. (1) put right",
-        Verdict.HOLDS if lowest >= -ZERO * k and not wrong else Verdict.FAILS,
+    return Finding(
+        Verdict.of(lowest >= -ZERO * k and not wrong),
         f"the printed K_B has the eigenvalue {lowest:.3g} N/m, which no springs have; "
         f"Σ k v vᵀ has {own:.1e} N/m. Blocks that are no part of an outer product: "
         f"{', '.join(wrong) or 'none'}",
