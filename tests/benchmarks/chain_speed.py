@@ -138,8 +138,8 @@ def measure_in_turn(paths: list[str]) -> None:
 def chain_files(folder: str, lengths: list[int]) -> dict[int, tuple[str, int]]:
     """Build the chains; {length: (file, DoFs)}."""
     from mbs_models.model.model_file import load
+    from tests.planetary_chain import planetary_chain
     from tests.strategies import DAMPED
-    from validation.routes.chains import planetary_chain
     from validation.routes.source import equations_source
 
     (stage,) = load("lin-parker-4").stages

@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray
+
 Array = NDArray[Any]
-FloatArray = NDArray[np.float64]
 
 # An entry of ΔZ that is this small against its DoFs' own dynamic stiffness is round-off of the
 # inversion (measured: below 1e-10 between routes that agree).

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from fbs import Frf
 
-FloatArray = NDArray[np.float64]
+from ..arrays import FloatArray
+
 Array = NDArray[Any]
 
 

@@ -12,6 +12,7 @@ from fbs import RealModes, real_modes
 from fbs.damped_modes import is_proportional, modal_damping
 from mbs_models.modal.mode_kinds import Kind, Modes, mode_groups
 
+from ..arrays import FloatArray
 from ..routes.modes import damped_modes
 from ..routes.routes import fbs_route
 from ..routes.source import Source
@@ -19,8 +20,6 @@ from .check import Check
 from .diagnosis import MAX_FINDINGS
 from .metrics import subspace_mac
 from .poles import FilteredPole, filtered_poles
-
-FloatArray = NDArray[np.float64]
 
 POLE_TOLERANCE = 1e-6
 POLE_REASON = (

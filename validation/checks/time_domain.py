@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ..routes.time_domain import FloatArray, TimeDomain
+from ..arrays import FloatArray
+from ..routes.time_domain import TimeDomain
 from .check import Check
 
 DECIBEL_TOLERANCE = 0.1

@@ -72,7 +72,7 @@ def mode_kinds(bench: Bench, part: str, shaft: float | None = None) -> list[str]
     """The kind of every mode of the whole, or of one stage with its half hub."""
     case, modes = bench.case, bench.modes(part, shaft)
     if not part:
-        return _kinds_of_whole(case if shaft is None else case.with_shaft(shaft))
+        return _kinds_of_whole(bench.with_shaft(shaft))
     energy, mass = kinetic_energy(case, modes), _masses(case, modes)
     hub = modes.dofs.index(case.hub)
     kinds: list[str] = [Kind.RIGID_BODY] * modes.n_rigid

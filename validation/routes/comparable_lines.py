@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
+from ..arrays import BoolArray, FloatArray
 
 # Lines this far below a response's own peak are antiresonances and decayed tails, where the same
 # absolute error is any number of dB.

@@ -19,7 +19,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fbs import SecondOrderSystem
 from fbs.periodic.periodic_springs import SAME_PERIOD
@@ -27,6 +26,7 @@ from mbs_models.contact.mesh_excitation import MeshLaw
 from mbs_models.model.parameters import Drivetrain, ParallelStage
 from mbs_models.system.components import mesh_name
 
+from ..arrays import ComplexArray, FloatArray
 from ..errors import CommandError
 from .equations import (
     Deflection,
@@ -36,9 +36,6 @@ from .equations import (
     ring_mesh,
     sun_mesh,
 )
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 # Of the stiffest motion. Magnus' fourth-order step is exact where nothing varies; this leaves 1e-7
 # in the multipliers of a stage whose meshes vary by 60 %.

@@ -14,10 +14,9 @@ from .source import equations_source
 MOST_BYTES = 2e9  # a sweep's results have the same limit
 COMPLEX = 16  # bytes
 
-# `run` keeps every curve of its report by every route, of each value the complex number, three
-# numbers for results.json as Python has them, in two lists, and as text (267 to 345 bytes measured
-# on 24 000 to 6000 lines, all else that grows with the band included).
-BYTES_PER_CURVE_VALUE = 350
+# `run` keeps every curve of its report by every route: the complex number of each value, once more
+# on its way to results.npz, and what grows with the lines beside them (42 bytes measured).
+BYTES_PER_CURVE_VALUE = 60
 ROUTES = 6
 
 # `frf` holds the matrix and the one it is made from (coupled and selected, or converted);

@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fbs import RealModes, SecondOrderSystem, poles, real_modes
 from fbs.damped_modes import is_proportional, modal_damping
@@ -22,7 +21,7 @@ from mbs_models.modal.mode_kinds import (
 )
 from mbs_models.model.parameters import Drivetrain
 
-FloatArray = NDArray[np.float64]
+from ..arrays import FloatArray
 
 PRINTED = 0.005  # Hz: half of the last digit that frequencies are printed to
 LISTED = 3  # modes a warning names

@@ -12,16 +12,13 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
 from fbs import CoupledFrf, Frf, couple, couple_chain, direct_frf, modal_frf
 from mbs_models.model.parameters import Drivetrain
 
+from ..arrays import FloatArray
 from ..errors import CommandError
 from .source import Source, Synthesis, equations_source, exudyn_source
 
-FloatArray = NDArray[np.float64]
 Labels = Sequence[str] | None
 
 MODAL = ", modal synthesis"

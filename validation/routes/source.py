@@ -11,12 +11,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
 from fbs import Frf, Joint, SecondOrderSystem, direct_frf
 from mbs_models.model.parameters import Drivetrain
 
+from ..arrays import FloatArray
 from . import equations
 from .joints import coupling_joints
 
@@ -26,7 +24,6 @@ if TYPE_CHECKING:
 
     from .multibody import ExudynSource
 
-FloatArray = NDArray[np.float64]
 Synthesis = Callable[[SecondOrderSystem, FloatArray], Frf]
 
 

@@ -7,19 +7,17 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fbs import AxisMismatchError, Frf, direct_frf
 from fbs.frf import require_same_frequency
 from mbs_models.model.parameters import Drivetrain
 
+from ..arrays import FloatArray
 from ..errors import CommandError, require_frequencies
 from . import frf_input
 from .routes import known_part
 from .source import Source, equations_source
 from .substitution_checks import implausible, square_labels
-
-FloatArray = NDArray[np.float64]
 
 SAME_STEP = 1e-9  # relative: the round-off of decimal input
 

@@ -17,6 +17,7 @@ from fbs import Frf, SecondOrderSystem, direct_frf, frequency_axis
 from mbs_models.errors import OrbitError
 from mbs_models.model.parameters import Damping, Drivetrain
 
+from ..arrays import BoolArray, FloatArray
 from .comparable_lines import describe, known, within_range
 from .routes import Labels, fbs_route
 
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
 
     from .multibody import ExudynSource
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 ComplexArray = NDArray[Any]
 Progress = Callable[[str, int, int], None]
 

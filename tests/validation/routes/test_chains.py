@@ -13,9 +13,9 @@ from fbs import (
     sparse_frf,
 )
 from mbs_models.model.model_file import load
+from tests.planetary_chain import planetary_chain
 from tests.strategies import DAMPED, damped
 from validation.checks.metrics import scaled_error
-from validation.routes.chains import planetary_chain
 from validation.routes.source import equations_source
 
 AXIS = frequency_axis(50, 5000, 10)

@@ -63,7 +63,7 @@ def errors_of_the_sweep(drivetrain, found, outcome, source, paths):
     for values, magnitude in zip(found.rows, outcome.magnitude, strict=True):
         data = model_data(drivetrain)
         places = [steps_to(data, path) for path in paths]
-        system = source.whole(changed(data, dict(zip(places, values, strict=True))))
+        system = source(changed(data, dict(zip(places, values, strict=True)))).whole
         h = direct_frf(system, frequency)
         scale = [np.linalg.norm(h.select([label]).values[:, 0], axis=1) for label in PAIR]
         error = np.abs(magnitude - np.abs(h.between(*PAIR)))
