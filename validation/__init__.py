@@ -8,6 +8,8 @@ Routes
     `exudyn_source`, `equations_source`, or under load `loaded_source`. `whole_route` and
     `fbs_route` make the `Route` to an FRF, `TimeRoute` runs exudyn in time. `coupling_joints` says
     what joins two parts.
+Stage types of one's own
+    `register_stage` takes the type and its equations: the `Lumped` inertias and `Spring`s of it.
 exudyn's systems for fbs
     `drivetrain_system`, `stage_system`, and `as_second_order` of any linearised one.
 The paper
@@ -31,6 +33,7 @@ if TYPE_CHECKING:
     from .paper.study import paper_study
     from .report.publish import publish
     from .routes.bands import Band
+    from .routes.equations import Lumped, Spring, register_stage
     from .routes.joints import coupling_joints
     from .routes.multibody import as_second_order, drivetrain_system, stage_system
     from .routes.routes import Route, fbs_route, whole_route
@@ -44,8 +47,10 @@ __all__ = [
     "Check",
     "CommandError",
     "CrossCheck",
+    "Lumped",
     "Route",
     "Source",
+    "Spring",
     "TimeRoute",
     "__version__",
     "as_second_order",
@@ -58,6 +63,7 @@ __all__ = [
     "loaded_source",
     "paper_study",
     "publish",
+    "register_stage",
     "stage_system",
     "whole_route",
 ]
@@ -71,6 +77,7 @@ _MODULES = {
     "checks.check": ("Check",),
     "crosscheck.result": ("CrossCheck",),
     "routes.bands": ("Band",),
+    "routes.equations": ("Lumped", "Spring", "register_stage"),
     "routes.joints": ("coupling_joints",),
     "routes.routes": ("Route", "fbs_route", "whole_route"),
     "routes.source": ("Source", "equations_source", "exudyn_source", "loaded_source"),

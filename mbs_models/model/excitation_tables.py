@@ -24,7 +24,7 @@ from ..signals.lines import (
 )
 from ..signals.sampled import read_sampled
 from ..signals.sines import HalfSine, SteppedSine, Sweep, stepped_sine
-from .bodies import Angle, Table
+from ..stages.bodies import Angle, Table
 
 Force = Annotated[float, Field(gt=0.0, json_schema_extra={"unit": "N"})]
 Moment = Annotated[float, Field(gt=0.0, json_schema_extra={"unit": "N m"})]

@@ -6,7 +6,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from .bodies import Table
+from ..stages.bodies import Table
 
 
 class Operation(Table):

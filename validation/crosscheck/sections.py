@@ -183,7 +183,7 @@ def _facts(result: CrossCheck) -> tuple[Fact, ...]:
 
 def _modes(result: CrossCheck) -> Section:
     drivetrain = result.drivetrain
-    colors = part_colors([part.name for part in (*drivetrain.parts, *drivetrain.couplings)])
+    colors = part_colors([part.name for part in drivetrain.items])
     key = Markup("").join(
         Markup('<span class="key" style="background:{}"></span>{}').format(color, part)
         for part, color in colors.items()

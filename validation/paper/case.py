@@ -40,8 +40,10 @@ class PaperCase:
 
     def __post_init__(self) -> None:
         couplings = self.drivetrain.couplings
-        kinds = tuple(type(part) for part in self.drivetrain.parts)
-        of_the_form = kinds == (ParallelStage, PlanetaryStage) and len(couplings) == 1
+        pairs = self.drivetrain.stages_of(ParallelStage)
+        sets = self.drivetrain.stages_of(PlanetaryStage)
+        one_each = (*pairs, *sets) == self.drivetrain.parts and len(pairs) == len(sets) == 1
+        of_the_form = one_each and len(couplings) == 1
         if not of_the_form or (couplings[0].first, couplings[0].second) != (
             f"{self.drivetrain.stages[0].name}.wheel",
             f"{self.drivetrain.stages[1].name}.sun",
@@ -64,16 +66,12 @@ class PaperCase:
     @property
     def parallel(self) -> ParallelStage:
         """Subsystem A."""
-        stage = self.drivetrain.stages[0]
-        assert isinstance(stage, ParallelStage)
-        return stage
+        return self.drivetrain.stages_of(ParallelStage)[0]
 
     @property
     def planetary(self) -> PlanetaryStage:
         """Subsystem B."""
-        stage = self.drivetrain.stages[1]
-        assert isinstance(stage, PlanetaryStage)
-        return stage
+        return self.drivetrain.stages_of(PlanetaryStage)[0]
 
     @property
     def coupling(self) -> Coupling:

@@ -110,7 +110,7 @@ def _family(case: PaperCase, modes: RealModes, mode: int, root: FloatArray) -> s
     weighted = root * modes.shapes[:, mode]
     total = float(np.sum(weighted**2)) - float(weighted[modes.dofs.index(case.hub)] ** 2)
     planets = total
-    for family, (labels, basis) in family_bases(case.planetary).items():
+    for family, (labels, basis) in family_bases(case.planetary.planet_set).items():
         inside = weighted[[modes.dofs.index(label) for label in labels]]
         energy = float(np.sum((basis.T @ inside) ** 2))
         if energy >= FAMILY_SHARE * total:

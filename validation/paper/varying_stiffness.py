@@ -14,9 +14,9 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from mbs_models.contact.mesh_excitation import MeshLaw
-from mbs_models.model.mesh_phasing import mesh_phases
 from mbs_models.signals.waveforms import FourierSeries
-from mbs_models.system.components import mesh_name
+from mbs_models.stages.part import mesh_name
+from mbs_models.stages.planet_set import mesh_phases
 
 from ..arrays import FloatArray
 from ..report.page import Note, Table
@@ -47,7 +47,7 @@ def varying_stage(bench: Bench) -> ParametricSystem:
     case = PaperCase(bench.cases[TABLE_2].drivetrain)
     stage = case.planetary
     bare = case.drivetrain.model_copy(update={"couplings": (), "stages": (stage,)})
-    phases = mesh_phases(stage)
+    phases = mesh_phases(stage.planet_set)
     wave = FourierSeries((VARIATION,), (0.0,))
     laws = {
         mesh_name(f"{stage.name}.{member}", f"{stage.name}.planet{n}"): MeshLaw(1.0, phase, wave)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fbs import Joint
 from mbs_models.model.parameters import Coupling, Drivetrain
-from mbs_models.model.placement import facings, rigid_end, translation_ends, turning
+from mbs_models.model.placement import hub_ratios, rigid_end, translation_ends
 
 
 def coupling_joints(drivetrain: Drivetrain, coupling: Coupling) -> tuple[Joint, ...]:
@@ -30,9 +30,7 @@ def shaft_joint(drivetrain: Drivetrain, coupling: Coupling) -> Joint | None:
     far, stiffness = next(end for end in coupling.ends if end != near)
     if stiffness == 0.0:
         return None
-    facing = facings(drivetrain)
-    alike = turning(facing, coupling.first) * turning(facing, far)
-    ratio = alike * coupling.radius / drivetrain.radius(far)
+    ratio = hub_ratios(drivetrain)[coupling.name, far]
     return _joint(
         drivetrain, (near[0].partition(".")[0], f"{coupling.name}.w"), f"{far}.w", ratio, stiffness
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -21,12 +21,14 @@ from mbs_models.gears.gear_lines import (
     mesh_tones,
 )
 from mbs_models.gears.gear_response import MeshLoad, mesh_loads
-from mbs_models.gears.operating_point import OperatingPoint, families
+from mbs_models.gears.operating_point import OperatingPoint
 from mbs_models.gears.phasing import Phasing, phasing
 from mbs_models.gears.sidebands import expected_sidebands, passing_window, ring_sensor
 from mbs_models.integration.transient_record import TransientRecord
 from mbs_models.modal.mode_kinds import rigid_body_count
-from mbs_models.model.parameters import Drivetrain, PlanetaryStage
+from mbs_models.model.parameters import Drivetrain
+from mbs_models.stages.part import MeshFamily
+from mbs_models.stages.planet_set import PlanetSet
 from mbs_models.system.drivetrain import build_drivetrain
 from mbs_models.system.linearization import linearize, round_off_force
 
@@ -268,12 +270,7 @@ def _stability(drivetrain: Drivetrain, point: OperatingPoint) -> tuple[Stability
     assert point.speed_rpm is not None
     periodic = parametric(drivetrain, point)
     turns = np.array([abs(point.speed_rpm) / 60.0])
-    stage_of = {
-        name: stage.name
-        for stage in drivetrain.stages
-        for family in families(stage)
-        for name in family.names
-    }
+    stage_of = {name: family.stage for family in drivetrain.mesh_families for name in family.names}
     stabilities = []
     for group, growth in stability_by_period(periodic.system, periodic.springs, turns):
         stages = dict.fromkeys(stage_of[periodic.springs[m].name] for m in group)
@@ -284,9 +281,9 @@ def _stability(drivetrain: Drivetrain, point: OperatingPoint) -> tuple[Stability
 def _phasing(drivetrain: Drivetrain, point: OperatingPoint) -> dict[str, tuple[Phasing, ...]]:
     phasings = {}
     for stage in drivetrain.stages:
-        if isinstance(stage, PlanetaryStage) and stage.name in point.mesh_frequencies:
+        for planets in stage.planet_sets() if stage.name in point.mesh_frequencies else ():
             try:
-                phasings[stage.name] = phasing(stage, HARMONICS)
+                phasings[stage.name] = phasing(planets, HARMONICS)
             except ModelError:
                 continue  # planets that differ: tooth numbers alone do not tell
     return phasings
@@ -301,32 +298,37 @@ def _sensors(
     sensors = []
     for stage in drivetrain.stages:
         tone = next((tone for tone in tones if tone.name == f"mesh {stage.name}"), None)
-        phases = point.phases.get(stage.name)
-        if not isinstance(stage, PlanetaryStage) or tone is None or phases is None:
+        if tone is None:
             continue
         turns = abs(tone.carrier_frequency) * record.n_samples / record.sampling_frequency
-        if turns >= LEAST_TURNS and tone.mesh_frequency < record.sampling_frequency / 2.0:
-            sensors.append(_sensor(stage, tone, phases.ring, record))
+        if turns < LEAST_TURNS or tone.mesh_frequency >= record.sampling_frequency / 2.0:
+            continue
+        for planets, _, ring in stage.planet_meshes():
+            phases = [point.phases[name] for name in ring.names if name in point.phases]
+            if phases:
+                sensors.append(_sensor(planets, ring, tone, phases, record))
     return sensors
 
 
 def _sensor(
-    stage: PlanetaryStage, tone: MeshTone, phases: tuple[float, ...], record: TransientRecord
+    planets: PlanetSet,
+    ring: MeshFamily,
+    tone: MeshTone,
+    phases: Sequence[float],
+    record: TransientRecord,
 ) -> RingSensor:
     assert record.mesh_forces is not None
-    assert stage.ring.teeth is not None
-    rate, teeth = record.sampling_frequency, stage.ring.teeth
-    _, ring_meshes = families(stage)
-    columns = [record.meshes.index(name) for name in ring_meshes.names]
+    rate, (_, teeth), count = record.sampling_frequency, planets.teeth, len(planets.planets)
+    columns = [record.meshes.index(name) for name in ring.names]
     forces, time = np.asarray(record.mesh_forces)[:, columns], record.time
     forces = forces - forces.mean(axis=0)
-    window = passing_window(stage.planet_count, WINDOW_HARMONICS)
-    felt = ring_sensor(forces, time, stage.angles, tone.carrier_frequency, window)
+    window = passing_window(count, WINDOW_HARMONICS)
+    felt = ring_sensor(forces, time, planets.angles, tone.carrier_frequency, window)
     spectrum = amplitude_spectrum(felt[:, None], rate)
     lines = gear_lines(
         [tone],
         harmonics=HARMONICS,
-        sidebands=PASSES * stage.planet_count,
+        sidebands=PASSES * count,
         highest=rate / 2.0,
     )
     # What the record is too slow for is in no line of it.
@@ -338,24 +340,20 @@ def _sensor(
     way = math.copysign(1.0, tone.carrier_frequency)
     expected = expected_sidebands(
         teeth,
-        [way * angle for angle in stage.angles],  # counted as the carrier turns
+        [way * angle for angle in planets.angles],  # counted as the carrier turns
         [0.0, *(mesh * np.exp(2j * np.pi * harmonics * phases[0]))],
         window,
         phases=[-2.0 * np.pi * phase for phase in phases],
     )
     passing = abs(tone.carrier_frequency)
-    near = [
-        band
-        for band in expected
-        if band.harmonic and abs(band.offset) <= PASSES * stage.planet_count
-    ]
+    near = [band for band in expected if band.harmonic and abs(band.offset) <= PASSES * count]
     # Not order · f_c: radii in a file fit the teeth within their rounding only.
     frequency = np.array(
         [band.harmonic * tone.mesh_frequency + band.offset * passing for band in near]
     )
     shown = (frequency > 0.0) & (frequency < rate / 2.0)
     return RingSensor(
-        stage=stage.name,
+        stage=planets.stage,
         passing=passing,
         spectrum=spectrum,
         lines=measured_lines(lines, felt[:, None], rate)[0],

@@ -16,10 +16,10 @@ import numpy as np
 from scipy.linalg import eigh
 from scipy.signal.windows import blackmanharris
 
-from mbs_models.gears.operating_point import OperatingPoint, families
+from mbs_models.gears.operating_point import OperatingPoint
 from mbs_models.integration.integrators import TRAPEZOIDAL
 from mbs_models.integration.transient_record import TransientRecord
-from mbs_models.model.parameters import Drivetrain, PlanetaryStage
+from mbs_models.model.parameters import Drivetrain
 from mbs_models.system.drivetrain import build_drivetrain
 from mbs_models.system.linearization import round_off_force
 
@@ -136,12 +136,11 @@ def _by_family(
 ) -> dict[str, tuple[float, float]]:
     """Two sets of mesh forces (N), summed over each family of meshes."""
     return {
-        f"{stage.name} {family.key}": (
+        f"{family.stage} {family.key}": (
             sum(forces[name] for name in family.names),
             sum(others[name] for name in family.names),
         )
-        for stage in drivetrain.stages
-        for family in families(stage)
+        for family in drivetrain.mesh_families
     }
 
 
@@ -221,8 +220,7 @@ def _sun_against_ring(drivetrain: Drivetrain, means: _Means, tolerance: float) -
     """Both meshes of a planet carry the same on its base radius, in the mean."""
     pairs = []
     for stage in drivetrain.stages:
-        if isinstance(stage, PlanetaryStage):
-            sun, ring = families(stage)
+        for _, sun, ring in stage.planet_meshes():
             pairs += list(zip(sun.names, ring.names, strict=True))
     if not pairs:
         return []

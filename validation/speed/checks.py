@@ -18,7 +18,6 @@ from dataclasses import replace
 import numpy as np
 
 from mbs_models.gears.orders import free_motions
-from mbs_models.model.parameters import PlanetaryStage
 
 from ..arrays import FloatArray
 from ..checks.check import Check
@@ -87,21 +86,19 @@ def _held_by(turning: Turning, family: MeshFamily) -> FloatArray | None:
     return np.asarray(free @ share)
 
 
-def _planets(turning: Turning, states: SteadyStates) -> Iterator[Check]:
-    by_name = {family.name: family for family in turning.families}
-    for stage in turning.plan.drivetrain.stages:
-        if not isinstance(stage, PlanetaryStage) or not np.any(turning.static_forces):
-            continue
-        sun, ring = (by_name[f"{stage.name} {which} meshes"] for which in ("sun", "ring"))
-        mean = states.mesh[states.ok][:, 0].real
-        apart = np.abs(mean[:, list(sun.columns)] - mean[:, list(ring.columns)]).max(axis=1)
-        yield _check(
-            "mean force of sun and ring on every planet",
-            stage.name,
-            "largest difference, of the largest mean force",
-            states.rpm[states.ok],
-            apart / np.abs(mean[:, list(sun.columns)]).max(),
-        )
+def _planets(turning: Turning, found: SteadyStates) -> Iterator[Check]:
+    columns = {family.name: list(family.columns) for family in turning.families}
+    mean = found.mesh[found.ok][:, 0].real
+    for stage in turning.plan.drivetrain.stages if np.any(turning.static_forces) else ():
+        for _, *families in stage.planet_meshes():
+            sun, ring = (mean[:, columns[family.label]] for family in families)
+            yield _check(
+                "mean force of sun and ring on every planet",
+                stage.name,
+                "largest difference, of the largest mean force",
+                found.rpm[found.ok],
+                np.abs(sun - ring).max(axis=1) / np.abs(sun).max(),
+            )
 
 
 def _check(name: str, subject: str, measure: str, rpm: FloatArray, values: FloatArray) -> Check:

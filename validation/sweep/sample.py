@@ -24,7 +24,7 @@ from fbs.errors import FbsError, SingularLineError, unknown_dof
 from mbs_models.errors import ModelError
 from mbs_models.modal.mode_kinds import StageStiffness, classify, mode_groups
 from mbs_models.model.parameters import Coupling, Drivetrain
-from mbs_models.model.placement import facings, turning
+from mbs_models.model.placement import hub_ratios
 
 from ..arrays import FloatArray
 from ..errors import CommandError
@@ -333,9 +333,7 @@ def spring_deflection(drivetrain: Drivetrain, coupling: str, key: str) -> dict[s
     """δ = (r/r_body)·w_body − w_hub of a coupling's first or second spring."""
     hub = next(c for c in drivetrain.couplings if c.name == coupling)
     body = hub.first if key == "first_stiffness" else hub.second
-    facing = facings(drivetrain)
-    alike = turning(facing, hub.first) * turning(facing, body)
-    return {f"{body}.w": alike * hub.radius / drivetrain.radius(body), f"{hub.name}.w": -1.0}
+    return {f"{body}.w": hub_ratios(drivetrain)[coupling, body], f"{hub.name}.w": -1.0}
 
 
 def _coefficients(rows: Sequence[dict[str, float]], labels: Sequence[str]) -> FloatArray:

@@ -16,7 +16,6 @@ from mbs_models.signals.lines import (
     Harmonic,
     Signal,
     schroeder_multisine,
-    zippered,
 )
 from mbs_models.signals.sines import HalfSine, Sweep
 from mbs_models.system.drivetrain import build_drivetrain
@@ -149,7 +148,8 @@ def test_two_noises_at_once() -> None:
 
 def test_two_multisines_share_their_lines() -> None:
     """Each input at its own lines, no leakage: as exact as one alone."""
-    parts = zippered(schroeder_multisine(100.0, 3000.0, 10.0, 0.01), 2)
+    whole = schroeder_multisine(100.0, 3000.0, 10.0, 0.01)
+    parts = [whole.share(i, 2) for i in range(2)]
     excitations = tuple(Excitation(*pair) for pair in zip((SUN, CARRIER), parts, strict=True))
     simulation = run_simulation(load("lin-parker-4"), Options(excitations=excitations))
     assert [found.estimate.frf.excitations for found in simulation.estimated] == [

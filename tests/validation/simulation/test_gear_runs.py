@@ -108,7 +108,7 @@ def _family_shares(
     lines = line_amplitudes(measured.acceleration, record.sampling_frequency, [frequency])[0]
     found = {}
     rest = float(np.linalg.norm(lines)) ** 2
-    for kind, (labels, basis) in family_bases(stage).items():
+    for kind, (labels, basis) in family_bases(stage.planet_set).items():
         rows = [record.labels.index(label) for label in labels]
         found[Kind(kind)] = float(np.linalg.norm(basis.T @ lines[rows]))
         rest -= found[Kind(kind)] ** 2

@@ -247,36 +247,3 @@ class Planet(Body):
 
     base_radius: Radius
     teeth: Teeth | None = None
-
-
-class Inertia(Table):
-    """A plain rotor (generator, motor, flywheel): one rotation w = r·θ at its ``radius``.
-
-    ``torsional_support`` is in N/m at the radius, ``torsional_stiffness`` in N m/rad; none: free.
-    """
-
-    name: Name
-    radius: Radius
-    polar_inertia: PolarInertia | None = None
-    polar_inertia_over_r2: Mass | None = None
-    torsional_support: Stiffness | None = None
-    torsional_stiffness: RotaryStiffness | None = None
-
-    @model_validator(mode="after")
-    def _one_form_each(self) -> Self:
-        self._require_one_of(("polar_inertia",), ("polar_inertia_over_r2",))
-        if self.torsional_support is not None or self.torsional_stiffness is not None:
-            self._require_one_of(("torsional_support",), ("torsional_stiffness",))
-        return self
-
-    @property
-    def rotary_mass(self) -> float:
-        """I/r² (kg)."""
-        return self._over_r2("polar_inertia", self.radius)
-
-    @property
-    def support_stiffness(self) -> float:
-        """The torsional support seen at the radius (N/m)."""
-        if self.torsional_stiffness is not None:
-            return self.torsional_stiffness / self.radius**2
-        return self.torsional_support or 0.0
