@@ -19,7 +19,7 @@ from .bench import ZERO, Bench
 from .case import PaperCase
 from .item import Finding, Verdict, statement
 from .printed_values import PROBE_HZ
-from .shaft import SplitAtShaft
+from .shaft import split_at_shaft
 
 PRINTED_DOFS = (9, 22)
 """Of subsystems A and B, Sec. 2.1."""
@@ -280,7 +280,7 @@ def coupling_sign(bench: Bench) -> Finding:
 def flexible_kernel(bench: Bench) -> Finding:
     """Is the kernel inverted?"""
     case = bench.case
-    split = SplitAtShaft(case)
+    split = bench.once(split_at_shaft)
     frfs = split.frfs(PROBE_HZ)
     a, b = frfs.values()
     values, labels = printed.flexibly_coupled_receptance(

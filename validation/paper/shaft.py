@@ -8,6 +8,7 @@ from fbs import Frf, Joint, SecondOrderSystem, couple, direct_frf
 
 from ..arrays import FloatArray
 from ..routes.source import exudyn_source
+from .bench import Bench
 from .case import PaperCase
 
 
@@ -46,3 +47,8 @@ class SplitAtShaft:
     def coupled(self, frfs: dict[str, Frf], stiffness: float) -> Frf:
         """FRFs with the joint k_sw between the subsystems."""
         return couple(frfs, [Joint(*self.ends, stiffness=stiffness)]).frf
+
+
+def split_at_shaft(bench: Bench) -> SplitAtShaft:
+    """The bench's drivetrain so split, for `Bench.once`."""
+    return SplitAtShaft(bench.case)
