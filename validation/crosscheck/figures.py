@@ -7,10 +7,8 @@ from math import ceil, floor, log10
 
 import numpy as np
 from matplotlib import colormaps
-from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
@@ -30,6 +28,7 @@ from ..report.frf_panel import (
     frf_figure,
     reference_curve,
 )
+from ..report.plots import INCH, Axes, Box, LegendEntry, legend, plot_svg
 from ..report.style import (
     BLACK,
     BLUE,
@@ -37,16 +36,14 @@ from ..report.style import (
     ERROR_COLUMNS,
     FLOOR_COLOR,
     KIND_COLORS,
-    MUTED,
     REFERENCE_COLOR,
     SKY,
     VERMILLION,
     WIDTH,
     along_axis,
+    decade_labels,
     decades,
     envelope,
-    frequency_axis,
-    log_axis,
     part_colors,
     power_of_ten,
     svg,
@@ -119,49 +116,37 @@ def _modes_in_band(result: CrossCheck) -> tuple[Mode, ...]:
 
 def error_figure(result: CrossCheck) -> str:
     """Largest and median scaled error by line, one panel for each route."""
-    comparisons = result.comparisons
+    comparisons, f = result.comparisons, result.frequency
     rows = ceil((len(comparisons) + 1) / 2)
-    height = 1.75 * rows + 0.5
-    figure = Figure(figsize=(WIDTH, height))
-    panels = figure.subplots(rows, 2, sharex=True, sharey=True, squeeze=False).ravel()
-    figure.subplots_adjust(
-        left=0.07,
-        right=0.99,
-        top=1.0 - 0.25 / height,
-        bottom=0.5 / height,
-        hspace=0.24,
-        wspace=0.06,
-    )
     allowed = np.maximum(FRF_TOLERANCE, result.round_off)
     lowest, highest = decades(
         [e for c in comparisons for e in (c.line_max, c.line_median)], 10.0 * FRF_TOLERANCE
     )
-    for axes, comparison in zip(panels, comparisons, strict=False):
-        bottom = 10.0**lowest
-        f = result.frequency
-        at = largest(along_axis(f), result.round_off, ERROR_COLUMNS)
-        axes.fill_between(f[at], bottom, result.round_off[at], color=FLOOR_COLOR, linewidth=0.0)
+    at, bottom = largest(along_axis(f), result.round_off, ERROR_COLUMNS), 10.0**lowest
+    frames = []
+    for number, comparison in enumerate(comparisons):
+        row, column = divmod(number, 2)
+        box = (50.0 + 338.0 * column, 18.0 + 124.0 * row, 322.0, 98.0)
+        last = number >= len(comparisons) - 2
+        axes = Axes.over(box, f[0], f[-1], title=comparison.route, labelled=last)
+        axes.fill_between(f[at], bottom, result.round_off[at], color=FLOOR_COLOR)
         envelope(axes, f, comparison.line_median, bottom, color=SKY, linewidth=0.9)
         envelope(axes, f, comparison.line_max, bottom, color=BLUE, linewidth=1.1)
-        envelope(axes, f, allowed, bottom, color=VERMILLION, linewidth=1.0, linestyle="dashed")
-        axes.set_title(comparison.route)
-        log_axis(axes, lowest, highest, most=5)
-        frequency_axis(axes, f[0], f[-1], label=False)
-    for axes in panels[len(comparisons) :]:
-        axes.set_axis_off()
-    for axes in (panels[len(comparisons) - 1], panels[len(comparisons) - 2]):
-        axes.set_xlabel("Frequency (Hz)")
-        axes.tick_params(axis="x", labelbottom=True)
-    handles = [
-        Line2D([], [], color=BLUE, lw=1.6, label="largest over all FRFs"),
-        Line2D([], [], color=SKY, lw=1.6, label="median over all FRFs"),
-        Line2D([], [], color=VERMILLION, lw=1.2, ls="dashed", label="tolerance"),
-        Patch(color=FLOOR_COLOR, label="what round-off of K alone can cause"),
-    ]
-    panels[len(comparisons)].legend(
-        handles=handles, loc="center", fontsize=8.5, labelspacing=0.8, handlelength=2.6
+        envelope(axes, f, allowed, bottom, color=VERMILLION, linewidth=1.0, linestyle="--")
+        axes.decades(lowest, highest, most=5)
+        if column:  # as on the left
+            axes.y_ticks = [(value, "") for value in decade_labels(lowest, highest, 5)]
+        frames.append(axes)
+    entries = (
+        LegendEntry("largest over all FRFs", BLUE, 1.6),
+        LegendEntry("median over all FRFs", SKY, 1.6),
+        LegendEntry("tolerance", VERMILLION, 1.2, "--"),
+        LegendEntry("what round-off of K alone can cause", FLOOR_COLOR, 7.0),
     )
-    return svg(figure, "errors", "Scaled error over frequency, by route")
+    row, column = divmod(len(comparisons), 2)
+    key = legend(entries, 110.0 + 342.0 * column, 48.0 + 124.0 * row, 1, 0.0)
+    size = INCH * WIDTH, 124.0 * rows + 30.0
+    return plot_svg(size, frames, "errors", "Scaled error over frequency, by route", key)
 
 
 def heat_map(comparison: FrfComparison, dofs: Sequence[str]) -> str:
@@ -228,52 +213,43 @@ def kernel_figure(result: CrossCheck) -> str:
     values = result.kernel_condition
     if not len(values):
         return ""
-    figure = Figure(figsize=(WIDTH, 2.3))
-    axes = figure.subplots()
-    figure.subplots_adjust(left=0.07, right=0.99, top=0.96, bottom=0.2)
-    position = along_axis(result.frequency)
-    at = extremes(position, values, CURVE_COLUMNS)
-    axes.plot(result.frequency[at], values[at], color=BLACK, linewidth=1.0)
+    f = result.frequency
+    at = extremes(along_axis(f), values, CURVE_COLUMNS)
     finite = values[np.isfinite(values) & (values > 0.0)]
     low, high = (floor(log10(finite.min())), ceil(log10(finite.max()))) if len(finite) else (0, 1)
-    log_axis(axes, low, max(high, low + 1), most=5)
-    axes.set_ylim(bottom=0.6 * 10.0**low)  # a kernel that amplifies nothing shows as a line
-    frequency_axis(axes, result.frequency[0], result.frequency[-1])
+    axes = Axes.over((50.0, 7.0, 663.0, 126.0), f[0], f[-1])
+    axes.plot(f[at], values[at], color=BLACK, lw=1.0)
+    axes.decades(low, max(high, low + 1), most=5)
+    axes.y = (0.6 * 10.0**low, 10.0 ** max(high, low + 1))  # what amplifies nothing shows as a line
     axes.set_ylabel("Amplification")
-    return svg(figure, "kernel", "Conditioning of the interface kernel over frequency")
+    words = "Conditioning of the interface kernel over frequency"
+    return plot_svg((INCH * WIDTH, 166.0), (axes,), "kernel", words)
 
 
 def time_figure(result: TimeDomain) -> str:
     """FRFs by both routes, and their difference over frequency."""
-    figure = Figure(figsize=(WIDTH, 7.2))
-    grid = figure.add_gridspec(
-        4, 2, height_ratios=(3, 3, 3, 2.4), left=0.06, right=0.99, top=0.94, bottom=0.06,
-        hspace=0.45, wspace=0.16,
-    )  # fmt: skip
+    f, frames = result.frequency, []
+    reach = (0.0, float(f[-1]))
     for place, number in enumerate(_drawn(result)):
-        panel = FrfPanel(
-            result.frequency,
-            (
-                Curve("FBS", result.substructured[:, number], REFERENCE_COLOR, 3.0),
-                Curve(
-                    "exudyn in time", result.transient[:, number], BLUE, 0.0, marker=".", size=2.2
-                ),
-            ),
-            from_zero=True,
+        row, column = divmod(place, 2)
+        box = (50.0 + 364.0 * column, 38.0 + 138.0 * row, 288.0, 98.0)
+        name = f"{result.labels[number]} ← {result.excitation}"
+        axes = Axes(box, reach, logarithmic=False, title=name, named_x=False)
+        curves = (
+            Curve("FBS", result.substructured[:, number], REFERENCE_COLOR, 3.0),
+            Curve("exudyn in time", result.transient[:, number], BLUE, 0.0, marker=".", size=4.0),
         )
-        axes = figure.add_subplot(grid[place // 2, place % 2])
-        draw_magnitude(axes, panel, CURVE_COLUMNS)
-        for line, curve in zip(axes.lines, panel.curves, strict=True):
-            line.set_label(curve.name)
-        axes.set_title(f"{result.labels[number]} ← {result.excitation}")
-        axes.set_xlim(0.0, float(result.frequency[-1]))
-    figure.legend(handles=axes.lines, loc="upper right", ncols=2)
-    _draw_difference(figure.add_subplot(grid[3, :]), result)
-    return svg(
-        figure,
-        "time-domain",
-        f"FRFs excited at {result.excitation}, by time integration and by FBS",
+        draw_magnitude(axes, FrfPanel(f, curves, from_zero=True), CURVE_COLUMNS)
+        frames.append(axes)
+    top = 38.0 + 138.0 * ceil(len(frames) / 2)
+    frames.append(_difference(result, (50.0, top, 663.0, 88.0), reach))
+    entries = (
+        LegendEntry("FBS", REFERENCE_COLOR, 3.0),
+        LegendEntry("exudyn in time", BLUE, 0.0, marker=".", size=4.0),
     )
+    words = f"FRFs excited at {result.excitation}, by time integration and by FBS"
+    key = legend(entries, 520.0, 2.0, 2, 80.0)
+    return plot_svg((INCH * WIDTH, top + 124.0), frames, "time-domain", words, key)
 
 
 def _drawn(result: TimeDomain) -> list[int]:
@@ -290,17 +266,15 @@ def _drawn(result: TimeDomain) -> list[int]:
     return chosen
 
 
-def _draw_difference(axes: Axes, result: TimeDomain) -> None:
+def _difference(result: TimeDomain, box: Box, reach: tuple[float, float]) -> Axes:
+    """The largest difference of any response, line by line, and what is allowed."""
     reference = np.abs(result.substructured)
     ratio = np.where(result.compared, np.abs(result.transient) / reference, 1.0)
-    largest = np.abs(20.0 * np.log10(ratio)).max(axis=1)
-    axes.plot(result.frequency, np.maximum(largest, 1e-6), color=BLUE, lw=1.0)
-    log_axis(axes, max(floor(log10(max(largest.min(), 1e-6))), -6), 0)
-    axes.axhline(DECIBEL_TOLERANCE, color=VERMILLION, lw=1.0, ls="--")
-    axes.annotate(
-        "allowed", (0.0, DECIBEL_TOLERANCE), xytext=(4, 3), textcoords="offset points", color=MUTED
-    )
-    axes.set_title(f"Largest difference over all {len(result.labels)} responses")
+    decibel = np.abs(20.0 * np.log10(ratio)).max(axis=1)
+    words = f"Largest difference over all {len(result.labels)} responses; dashed: allowed"
+    axes = Axes(box, reach, logarithmic=False, title=words)
+    axes.plot(result.frequency, np.maximum(decibel, 1e-6), color=BLUE, lw=1.0)
+    axes.decades(max(floor(log10(max(decibel.min(), 1e-6))), -6), 0)
+    axes.across(DECIBEL_TOLERANCE, VERMILLION, 1.0, "--")
     axes.set_ylabel("dB")
-    axes.set_xlabel("Frequency (Hz)")
-    axes.set_xlim(0.0, float(result.frequency[-1]))
+    return axes

@@ -9,14 +9,14 @@ from html import escape
 from io import StringIO
 from itertools import count, cycle, islice
 from math import ceil, floor, log10
-from typing import Any
+from typing import Any, Protocol
 
 import matplotlib.style
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.markers import TICKDOWN
-from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullLocator
 from numpy.typing import NDArray
 
 from mbs_models.modal.mode_kinds import Kind
@@ -84,6 +84,19 @@ STYLE: Mapping[str, Any] = {
 }
 
 
+class Canvas(Protocol):
+    """What curves are drawn on: matplotlib's axes, or `plots.Axes`."""
+
+    def plot(self, *args: Any, **kwargs: Any) -> Any:
+        """A line through points."""
+
+    def fill_between(self, *args: Any, **kwargs: Any) -> Any:
+        """An area between two lines."""
+
+    def set_ylabel(self, *args: Any, **kwargs: Any) -> Any:
+        """The name of the vertical axis."""
+
+
 def styled() -> AbstractContextManager[None]:
     """Context in which the figures are drawn; nothing of it outlives the context."""
     return matplotlib.style.context(["default", dict(STYLE)])
@@ -137,16 +150,27 @@ def power_of_ten(exponent: int) -> str:
     return "10" + str(exponent).translate(SUPERSCRIPTS)
 
 
-def log_axis(axes: Axes, lowest: int, highest: int, most: int = 7) -> None:
-    """A logarithmic y axis over whole decades, with at most ``most`` of them labelled."""
+def decade_labels(lowest: int, highest: int, most: int) -> dict[float, str]:
+    """The decades that are labelled, at most so many of them."""
     step = next(s for s in count(1) if (highest - lowest) / s <= most)
     exponents = range(highest - (highest - lowest) // step * step, highest + 1, step)
-    labels = {10.0**e: power_of_ten(e) for e in exponents}
+    return {10.0**e: power_of_ten(e) for e in exponents}
+
+
+def log_axis(axes: Axes, lowest: int, highest: int, most: int = 7) -> None:
+    """A logarithmic y axis over whole decades, with at most ``most`` of them labelled."""
+    labels = decade_labels(lowest, highest, most)
     axes.set_yscale("log")
     axes.set_ylim(10.0**lowest, 10.0**highest)
     axes.yaxis.set_major_locator(FixedLocator(list(labels)))
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: labels.get(value, "")))
     axes.yaxis.set_minor_locator(FixedLocator([]))
+
+
+def level_axis(axes: Axes) -> None:
+    """A vertical axis of dB."""
+    axes.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}".replace("-", "−")))
 
 
 def frequency_axis(axes: Axes, first: float, last: float, *, label: bool = True) -> None:
@@ -196,7 +220,7 @@ def decades(errors: Sequence[FloatArray], least: float = 1e-12) -> tuple[int, in
 
 
 def envelope(
-    axes: Axes, frequency: FloatArray, values: FloatArray, lowest: float, **style: Any
+    axes: Canvas, frequency: FloatArray, values: FloatArray, lowest: float, **style: Any
 ) -> None:
     """Draw the largest value of each column."""
     at = largest(along_axis(frequency), values, ERROR_COLUMNS)
