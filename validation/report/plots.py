@@ -279,15 +279,15 @@ def _path(x: FloatArray, y: FloatArray) -> str:
 
 
 def _dots(x: FloatArray, y: FloatArray, style: LegendEntry) -> str:
-    """Markers, as one path: a line of next to no length with round ends is a dot."""
+    """Markers, as one path of circles."""
     finite = np.isfinite(x) & np.isfinite(y)
+    r = MARKS[style.marker] * style.size
+    circle = f"a{r:g} {r:g} 0 1 0 {2 * r:g} 0a{r:g} {r:g} 0 1 0 {-2 * r:g} 0"
     path = "".join(
-        f"M{a:.2f} {b:.2f}h.01" for a, b in zip(x[finite].tolist(), y[finite].tolist(), strict=True)
+        f"M{a - r:.2f} {b:.2f}{circle}"
+        for a, b in zip(x[finite].tolist(), y[finite].tolist(), strict=True)
     )
-    width = 2.0 * MARKS[style.marker] * style.size
-    return (
-        f'<path d="{path}" stroke="{style.color}" stroke-width="{width:g}" stroke-linecap="round"/>'
-    )
+    return f'<path d="{path}" fill="{style.color}"/>'
 
 
 def text(
