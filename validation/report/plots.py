@@ -26,7 +26,7 @@ FONT, SMALL = 8.5, 8.0
 GRID = "#e6eaee"
 DASHED = (0.0, (3.7, 1.6))
 HANDLE, GAP, LINE = 26.0, 6.0, 11.9  # of a legend: sample, space after it, height of a row
-MARKS = {".": 0.25, "o": 0.5}  # radius over size
+MARKS = {".": (0.25, True), "o": (0.5, True), "x": (0.5, False)}  # radius over size; filled
 
 
 @dataclass(frozen=True, eq=False)
@@ -279,15 +279,19 @@ def _path(x: FloatArray, y: FloatArray) -> str:
 
 
 def _dots(x: FloatArray, y: FloatArray, style: LegendEntry) -> str:
-    """Markers, as one path of circles."""
+    """Markers, as one path: dots, circles or crosses."""
     finite = np.isfinite(x) & np.isfinite(y)
-    r = MARKS[style.marker] * style.size
-    circle = f"a{r:g} {r:g} 0 1 0 {2 * r:g} 0a{r:g} {r:g} 0 1 0 {-2 * r:g} 0"
+    share, filled = MARKS[style.marker]
+    r = share * style.size
+    shape = f"a{r:g} {r:g} 0 1 0 {2 * r:g} 0a{r:g} {r:g} 0 1 0 {-2 * r:g} 0"
+    if not filled:
+        shape = f"m0 {-r:g}l{2 * r:g} {2 * r:g}m0 {-2 * r:g}l{-2 * r:g} {2 * r:g}"
     path = "".join(
-        f"M{a - r:.2f} {b:.2f}{circle}"
+        f"M{a - r:.2f} {b:.2f}{shape}"
         for a, b in zip(x[finite].tolist(), y[finite].tolist(), strict=True)
     )
-    return f'<path d="{path}" fill="{style.color}"/>'
+    pen = "" if filled else ' fill="none" stroke-width="1"'
+    return f'<path d="{path}" {"fill" if filled else "stroke"}="{style.color}"{pen}/>'
 
 
 def text(
