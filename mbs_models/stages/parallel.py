@@ -1,4 +1,4 @@
-"""A parallel stage: two gears on parallel shafts (Kahraman 1993; seed paper, Eqs. 4–9).
+"""A parallel stage: two gears on parallel shafts (Kahraman 1993; the paper, Eqs. 4–9).
 
 In the stage's frame x is normal to the transverse line of action, y along it, z axial. The pinion
 stands at the origin. Deflection of the mesh, from the geometry below:
@@ -27,7 +27,7 @@ from .teeth import check_teeth
 
 
 class ParallelStage(Part):
-    """A pair of gears on parallel shafts (seed paper, Eqs. 4–9)."""
+    """A pair of gears on parallel shafts (the paper, Eqs. 4–9)."""
 
     type: Literal["parallel"]
     helix_angle: Annotated[Angle, Field(gt=-90.0, lt=90.0)] = 0.0

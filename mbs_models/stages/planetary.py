@@ -1,4 +1,4 @@
-"""A planetary stage: sun, ring, carrier and planets (Lin & Parker 1999; seed paper, Eq. 1).
+"""A planetary stage: sun, ring, carrier and planets (Lin & Parker 1999; the paper, Eq. 1).
 
 In the stage's frame planet p stands at angle φ_p on the carrier; u is along x (planets: radial),
 v along y (planets: tangential), w = r·θ counter-clockwise.
@@ -252,7 +252,7 @@ class PlanetaryStage(Part):
     def describe(self) -> str:
         """Planets, ratio and the radii that follow.
 
-        w_s + w_r = w_c (cos α_s + cos α_r) where no mesh is strained (seed paper, Eq. 1).
+        w_s + w_r = w_c (cos α_s + cos α_r) where no mesh is strained (the paper, Eq. 1).
         """
         cosines = math.cos(self.sun_mesh_angle) + math.cos(self.ring_mesh_angle)
         ratio = self.carrier_radius * cosines / self.sun.base_radius

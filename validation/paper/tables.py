@@ -158,11 +158,11 @@ def _spectra(
     hits = {name: sum(_direct(p, lines) for p in printed) for name, lines in spectra.items()}
     best = max(hits, key=lambda name: hits[name])
     case, lines = cases[best], spectra[best]
-    unexplained = [p for p in printed if not _at_its_place(p, lines)]
+    unexplained = [p for p in printed if not any(_near(p, line) for line in lines)]
     readings = explain(case, unexplained, TOLERANCE_HZ)
     kept = [p.frequency_hz for p in printed if p.kind == Kind.PARALLEL_STAGE and _direct(p, lines)]
     rows = tuple(_row(p, spectra, best, readings, case, kept) for p in printed)
-    return Spectra(rows, _missing(printed, rows, lines, listed_to_hz), best, hits)
+    return Spectra(rows, _missing(printed, lines, listed_to_hz), best, hits)
 
 
 def _finding(table: Spectra) -> Finding:
@@ -242,11 +242,6 @@ def _direct(printed: PrintedMode, lines: Sequence[Line]) -> bool:
     return any(line.kind == printed.kind and matches(printed, line, TOLERANCE_HZ) for line in lines)
 
 
-def _at_its_place(printed: PrintedMode, lines: Sequence[Line]) -> bool:
-    """Whether there is a mode at that frequency, of whatever kind."""
-    return any(abs(line.frequency_hz - printed.frequency_hz) <= TOLERANCE_HZ for line in lines)
-
-
 def _row(
     printed: PrintedMode,
     spectra: Mapping[str, Sequence[Line]],
@@ -262,7 +257,7 @@ def _row(
     }
     lines = spectra[best]
     if _direct(printed, lines):
-        verdict, reason = RowVerdict.REPRODUCED, _others(printed, found, best)
+        verdict, reason = RowVerdict.REPRODUCED, f"{found[best].frequency_hz:.1f} Hz with {best}"
     elif (other := next((ln for ln in lines if _near(printed, ln)), None)) is not None:
         verdict, reason = RowVerdict.CORRECTED, _other_kind(printed, other)
     elif printed in readings:
@@ -283,17 +278,6 @@ def _row(
 
 def _near(printed: PrintedMode, line: Line) -> bool:
     return abs(line.frequency_hz - printed.frequency_hz) <= TOLERANCE_HZ
-
-
-def _others(printed: PrintedMode, found: Mapping[str, Found], best: str) -> str:
-    own = found[best]
-    if len(found) > 1 and all(abs(f.deviation_hz) <= TOLERANCE_HZ for f in found.values()):
-        return f"{own.frequency_hz:.1f} Hz with either set"
-    words = f"{own.frequency_hz:.1f} Hz with {best}"
-    for name, other in found.items():
-        if name != best and abs(other.deviation_hz) > TOLERANCE_HZ:
-            words += f"; the nearest of its kind with {name} is {other.frequency_hz:.1f} Hz"
-    return words
 
 
 def _other_kind(printed: PrintedMode, line: Line) -> str:
@@ -327,25 +311,18 @@ def _needs(case: PaperCase, printed: PrintedMode, kept: Sequence[float]) -> str:
 
 
 def _missing(
-    printed: Sequence[PrintedMode],
-    rows: Sequence[TableRow],
-    lines: Sequence[Line],
-    listed_to_hz: float,
+    printed: Sequence[PrintedMode], lines: Sequence[Line], listed_to_hz: float
 ) -> tuple[MissingMode, ...]:
     """Computed modes that no row stands for."""
-    strays = [row for row in rows if not any(_near(p, ln) for p in [_of(row)] for ln in lines)]
+    strays = [p for p in printed if not any(_near(p, line) for line in lines)]
     found = []
     for line in lines:
         if line.frequency_hz > listed_to_hz or any(_near(p, line) for p in printed):
             continue
-        reason = f"a {line.kind} mode below {TABLE_BAND_HZ:.0f} Hz, where Fig. 4 ends"
-        stray = next((row for row in strays if row.kind == line.kind), None)
+        reason = f"below {TABLE_BAND_HZ:.0f} Hz, where Fig. 4 ends"
+        stray = next((p for p in strays if p.kind == line.kind), None)
         if stray is not None:
             deviation = stray.frequency_hz - line.frequency_hz
-            reason += f"; {stray.printed} Hz stands in its place ({deviation:+.1f} Hz)"
+            reason += f"; {stray} Hz stands in its place ({deviation:+.1f} Hz)"
         found.append(MissingMode(line.frequency_hz, line.multiplicity, line.kind, reason))
     return tuple(found)
-
-
-def _of(row: TableRow) -> PrintedMode:
-    return PrintedMode(row.number, row.frequency_hz, row.multiplicity, row.column, row.kind)

@@ -86,9 +86,9 @@ def _held_by(turning: Turning, family: MeshFamily) -> FloatArray | None:
     return np.asarray(free @ share)
 
 
-def _planets(turning: Turning, found: SteadyStates) -> Iterator[Check]:
+def _planets(turning: Turning, states: SteadyStates) -> Iterator[Check]:
     columns = {family.name: list(family.columns) for family in turning.families}
-    mean = found.mesh[found.ok][:, 0].real
+    mean = states.mesh[states.ok][:, 0].real
     for stage in turning.plan.drivetrain.stages if np.any(turning.static_forces) else ():
         for _, *families in stage.planet_meshes():
             sun, ring = (mean[:, columns[family.label]] for family in families)
@@ -96,7 +96,7 @@ def _planets(turning: Turning, found: SteadyStates) -> Iterator[Check]:
                 "mean force of sun and ring on every planet",
                 stage.name,
                 "largest difference, of the largest mean force",
-                found.rpm[found.ok],
+                states.rpm[states.ok],
                 np.abs(sun - ring).max(axis=1) / np.abs(sun).max(),
             )
 

@@ -21,8 +21,8 @@ def parameter_labels(drivetrain: Drivetrain, paths: tuple[str, ...]) -> tuple[st
 def unit_of(drivetrain: Drivetrain, path: str) -> str:
     """The unit of a parameter; empty of a number of things."""
     name, *keys = path.split(".")
-    tables = {table.name: table for table in drivetrain.items}
-    schema = type(tables.get(name, drivetrain.damping)).model_json_schema(by_alias=True)
+    tables = {item.name: type(item) for item in drivetrain.items}
+    schema = tables.get(name, type(drivetrain.damping)).model_json_schema(by_alias=True)
     described: Mapping[str, Any] = schema
     for key in keys:
         described = next(

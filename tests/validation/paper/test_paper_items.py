@@ -121,6 +121,14 @@ def test_unequal_planets_tell_directions_apart(
     assert item.examine(unequal).verdict == Verdict.HOLDS
 
 
+def test_a_stiff_shaft_leaves_the_stages_frequencies_no_more(bench: Bench) -> None:
+    assert coupling.unchanged_modes.examine(bench).verdict == Verdict.HOLDS
+    stiff = Bench(bench.case.with_shaft(1e9).drivetrain)
+    found = coupling.unchanged_modes.examine(stiff)
+    assert found.verdict == Verdict.FAILS
+    assert found.numbers["unchanged_translational"] == 12.0  # six pairs, which feel no shaft
+
+
 def test_without_the_hubs_mode_the_shaft_is_rigid(bench: Bench) -> None:
     """The peaks that leaving it out brings are the modes of AB with k_sw → ∞."""
     found = truncation.frequencies_of_truncation.examine(bench)
