@@ -34,6 +34,8 @@ from .cli_options import (
     SignalKind,
     Speeds,
     Torque,
+    TruncatedStages,
+    TruncationBand,
     Vary,
     Version,
     Workers,
@@ -48,8 +50,6 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
 )
-
-MOST_DOFS_IN_TIME = 60  # larger systems take minutes to integrate: only when asked for
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -90,49 +90,21 @@ def run(
     ] = None,
 ) -> None:
     """Compare all routes and write a report; exit code 1 if they disagree."""
-    from mbs_models.modal.mode_kinds import label_inertias
-    from mbs_models.model.model_file import load
-
-    from .crosscheck.console import verdicts
-    from .crosscheck.swap_uncertainty import swap_words
-    from .routes.bands import Band, band
+    from .checks.part_uncertainty import parse_noise
+    from .crosscheck.command import run_command
     from .routes.frf_input import file_options
-    from .routes.memory import require_memory, run_bytes
-    from .routes.part_uncertainty import parse_noise
-    from .routes.substitution import read_replacements
-    from .runtime.streams import progress_bars, warn
 
-    drivetrain = load(model)
-    n_dofs = len(label_inertias(drivetrain))
-    options = file_options(quantity, unit, test_run, channel_map, resample)
-    scatter = parse_noise(noise)
-    replaced = read_replacements(drivetrain, replace or (), fmin, fmax, df, options)
-    lines = Band.of(replaced[0].frf.frequency) if replaced else band(fmin, fmax, df, n_dofs**2)
-    require_memory(lines, run_bytes(drivetrain), "the report's curves")
-    if in_time is None:
-        in_time = n_dofs <= MOST_DOFS_IN_TIME and not replaced
-    warn([*drivetrain.warnings(), *(words for part in replaced for words in part.warnings)])
-    from .runtime.output_folder import held
-
-    with held(out, ("report.html", "results.json")), progress_bars() as progress:
-        from .crosscheck.comparison import cross_check  # slow to load: bad input comes first
-        from .crosscheck.output import write_report
-
-        result = cross_check(
-            drivetrain,
-            lines,
-            published=model,
-            progress=progress,
-            replacements=replaced,
-            in_time=in_time,
-        )
-        progress("writing the report", 0, 1)
-        html, data = write_report(result, out)
-        progress("writing the report", 1, 1)
-    verdicts(result)
-    if result.swap is not None:
-        print("\n".join(swap_words(drivetrain, result.swap, scatter)))
-    print(f"Report: {html}\nResults: {data}")
+    result = run_command(
+        model,
+        out,
+        fmin=fmin,
+        fmax=fmax,
+        df=df,
+        replace=replace or (),
+        options=file_options(quantity, unit, test_run, channel_map, resample),
+        noise=parse_noise(noise),
+        in_time=in_time,
+    )
     if not result.agrees:
         raise typer.Exit(1)
 
@@ -358,6 +330,38 @@ def speed(
         check=check,
         workers=workers,
         executor=executor,
+    )
+    end(result.agrees)
+
+
+@app.command()
+def truncate(
+    model: Model = "paper",
+    stage: TruncatedStages = None,
+    band: TruncationBand = None,
+    tolerance: Annotated[
+        str, typer.Option(help="Of every FRF asked for: 0.1dB, or a scaled error, 0.001scaled.")
+    ] = "0.1dB",
+    response: FrfResponses = None,
+    excitation: FrfExcitations = None,
+    order: Annotated[int, typer.Option(min=-1, max=9, help="Highest residual kept; -1: none.")] = 2,
+    out: Annotated[Path, typer.Option(help="Where truncation.html goes.")] = Path(
+        "crosscheck-truncate"
+    ),
+) -> None:
+    """Which modes each stage needs: a bound that is guaranteed, and the true error beside it."""
+    from .inspection import frf_output
+    from .truncation.command import run_command
+
+    result = run_command(
+        model,
+        out,
+        stages=stage or (),
+        band=band,
+        tolerance=tolerance,
+        responses=() if response is None else frf_output.labels("--response", response),
+        excitations=() if excitation is None else frf_output.labels("--excitation", excitation),
+        order=order,
     )
     end(result.agrees)
 

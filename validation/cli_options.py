@@ -180,3 +180,16 @@ Channels = Annotated[
         help="What a record's channel is, such as '1=hammer.z 50 N'; may be repeated.",
     ),
 ]
+
+# crosscheck truncate
+TruncatedStages = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="NAME",
+        help="A stage or inertia whose modes may be left out; may be repeated (default: all).",
+    ),
+]
+TruncationBand = Annotated[
+    str | None,
+    typer.Option(metavar="FROM:TO[:STEP]", help="The lines, Hz (default: 1:4000:1)."),
+]

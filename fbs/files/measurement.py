@@ -13,8 +13,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .._kernels.checks import ComplexArray, FloatArray
+from ..axes import require_same_frequency
 from ..errors import FbsError, QuantityMismatchError
-from ..frf import Frf, Quantity, require_same_frequency
+from ..frf import Frf, Quantity
 
 Pair = tuple[str, str]
 SHOWN = 5

@@ -22,8 +22,10 @@ from typing import BinaryIO
 import numpy as np
 
 from .._kernels.checks import FloatArray
+from .._kernels.door import door
+from ..axes import frequency_axis
 from ..errors import FbsError
-from ..frf import Frf, Quantity, as_quantity, frequency_axis
+from ..frf import Frf, Quantity, as_quantity
 from .measurement import AS_STATED, Candidate, Contents, Given, Measured, few, take
 from .stated_units import frequency_factor, frf_unit, states_ratio, unit_system
 from .universal import (
@@ -94,6 +96,7 @@ class Channel:
         return End(self.node, self.direction)
 
 
+@door
 def write_uff(
     frf: Frf,
     path: str | os.PathLike[str],
@@ -154,6 +157,7 @@ def write_uff_to(
         file.write(function_text(function, form))
 
 
+@door
 def read_uff(
     path: str | os.PathLike[str],
     quantity: Quantity | str | None = None,

@@ -27,9 +27,10 @@ import numpy as np
 
 from .._kernels.blocks import each, stretches
 from .._kernels.checks import ComplexArray, FloatArray
-from ..coupling import Joint, couple
+from ..coupling import couple
 from ..errors import FbsError, UnknownDofError
 from ..frf import Frf, require_same_layout
+from ..joints import Joint
 
 LINES = 512
 """Lines at once: what is added up stays in the cache."""

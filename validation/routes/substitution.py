@@ -7,26 +7,25 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fbs import AxisMismatchError, FbsError, Frf, direct_frf
-from fbs.frf import require_same_frequency
+from fbs.axes import require_same_frequency
 from fbs.measured.resampling import overlap, resample
 from mbs_models.model.parameters import Drivetrain
 
+from ..arrays import FloatArray
 from ..errors import CommandError, require_frequencies
 from . import frf_input
 from .frf_input import NOTHING_SAID, FileOptions
-from .routes import EQUATIONS, coupling_joints, known_part
+from .routes import known_part
+from .source import Source, equations_source
 from .substitution_checks import implausible, square_labels
-
-FloatArray = NDArray[np.float64]
 
 SAME_STEP = 1e-9  # relative: the round-off of decimal input
 
 
 @dataclass(frozen=True, eq=False)
-class Replacement:
+class Substitution:
     """A part's FRFs from a file.
 
     Attributes
@@ -42,7 +41,7 @@ class Replacement:
     unknown
         The file's labels that the model does not have.
     warnings
-        What is odd about the file.
+        What is implausible about the file.
     repeats
         The runs whose mean ``frf`` is, on its lines; empty if there is one.
     """
@@ -57,20 +56,20 @@ class Replacement:
     repeats: tuple[Frf, ...] = ()
 
 
-def read_replacements(
+def read_substitutions(
     drivetrain: Drivetrain,
     given: Sequence[str],
     fmin: float | None = None,
     fmax: float | None = None,
     df: float | None = None,
     options: FileOptions = NOTHING_SAID,
-) -> tuple[Replacement, ...]:
+) -> tuple[Substitution, ...]:
     """Read the files of ``--replace PART=FILE``.
 
     Parameters
     ----------
     drivetrain
-        Whose parts are replaced.
+        Whose parts are substituted.
     given
         The options, one for each part.
     fmin, fmax
@@ -87,8 +86,9 @@ def read_replacements(
     """
     require_frequencies(fmin=fmin, fmax=fmax, df=df)
     paths = _paths(drivetrain, given)
+    source = equations_source(drivetrain)
     found = tuple(
-        _replacement(drivetrain, part, path, fmin, fmax, options) for part, path in paths.items()
+        _substitution(source, part, path, fmin, fmax, options) for part, path in paths.items()
     )
     if found and options.resample:
         return _on_common_lines(found, fmin, fmax, df)
@@ -99,10 +99,9 @@ def read_replacements(
     return found
 
 
-def interface_labels(drivetrain: Drivetrain, part: str) -> tuple[str, ...]:
+def interface_labels(source: Source, part: str) -> tuple[str, ...]:
     """Labels of the DoFs at which a part is coupled."""
-    joints = [joint for c in drivetrain.couplings for joint in coupling_joints(drivetrain, c)]
-    ends = [end for joint in joints for end in (joint.first, joint.second)]
+    ends = [end for joint in source.joints for end in (joint.first, joint.second)]
     return tuple(dict.fromkeys(label for owner, label in ends if owner == part))
 
 
@@ -124,21 +123,21 @@ def _paths(drivetrain: Drivetrain, given: Sequence[str]) -> dict[str, Path]:
     return paths
 
 
-def _replacement(
-    drivetrain: Drivetrain,
+def _substitution(
+    source: Source,
     part: str,
     path: Path,
     fmin: float | None,
     fmax: float | None,
     options: FileOptions,
-) -> Replacement:
-    interface = interface_labels(drivetrain, part)
-    system = EQUATIONS.stage(drivetrain, part)
+) -> Substitution:
+    interface = interface_labels(source, part)
+    system = source.stage(part)
     contents = frf_input.contents(path, options)
     labels = frf_input.labels(contents)
     if options.channel_map is None:
-        _refuse_other_parts(drivetrain, part, path, labels)
-    radii = drivetrain.dof_radii()
+        _refuse_other_parts(source, part, path, labels)
+    radii = source.drivetrain.dof_radii()
     measured = frf_input.measured(path, contents, system.labels, radii, options)
     frf = measured.frf
     _refuse_missing_interface(part, path, frf, interface)
@@ -147,15 +146,15 @@ def _replacement(
     static = frf.frequency[0] == 0.0 and (fmin is None or fmin <= 0.0)
     known = frf.band(lines[0], lines[-1]).to("receptance")
     own = direct_frf(system, known.frequency, interface, interface) if interface else known
-    odd = [*measured.notes, *_notes(static, unknown), *implausible(known, own, interface)]
-    return Replacement(
+    notes = [*measured.notes, *_notes(static, unknown), *implausible(known, own, interface)]
+    return Substitution(
         part=part,
         path=path,
         frf=known,
         interface=interface,
         left_out=tuple(x for x in system.labels if x not in square_labels(known)),
         unknown=unknown,
-        warnings=tuple(f"{path} ('{part}'): {words}" for words in odd),
+        warnings=tuple(f"{path} ('{part}'): {words}" for words in notes),
         repeats=tuple(one.band(lines[0], lines[-1]).to("receptance") for one in measured.repeats),
     )
 
@@ -169,17 +168,15 @@ def _notes(static: bool, unknown: Sequence[str]) -> list[str]:
     return notes
 
 
-def _refuse_other_parts(
-    drivetrain: Drivetrain, part: str, path: Path, labels: Sequence[str]
-) -> None:
+def _refuse_other_parts(source: Source, part: str, path: Path, labels: Sequence[str]) -> None:
     """FRFs of the whole drivetrain are no part's."""
-    own = EQUATIONS.stage(drivetrain, part).labels
-    for other in drivetrain.parts:
-        theirs = EQUATIONS.stage(drivetrain, other.name).labels
+    own = source.stage(part).labels
+    for name, other in source.stages.items():
+        theirs = other.labels
         strange = [x for x in labels if x in theirs and x not in own]
-        if other.name != part and strange:
+        if name != part and strange:
             raise CommandError(
-                f"{path}: {strange[0]!r} belongs to '{other.name}', not to '{part}'; FRFs of "
+                f"{path}: {strange[0]!r} belongs to '{name}', not to '{part}'; FRFs of "
                 f"'{part}' alone are needed (crosscheck frf --stage {part} writes such a file)"
             )
 
@@ -206,7 +203,7 @@ def _lines(path: Path, frequency: FloatArray, fmin: float | None, fmax: float | 
     return lines
 
 
-def _refuse_other_axis(first: Replacement, other: Replacement) -> None:
+def _refuse_other_axis(first: Substitution, other: Substitution) -> None:
     try:
         require_same_frequency(
             first.frf.frequency,
@@ -221,8 +218,8 @@ def _refuse_other_axis(first: Replacement, other: Replacement) -> None:
 
 
 def _on_common_lines(
-    found: Sequence[Replacement], fmin: float | None, fmax: float | None, df: float | None
-) -> tuple[Replacement, ...]:
+    found: Sequence[Substitution], fmin: float | None, fmax: float | None, df: float | None
+) -> tuple[Substitution, ...]:
     """Interpolate to the first file's lines, or to a step, within what all files have."""
     low = max(one.frf.frequency[0] for one in found)
     high = min(one.frf.frequency[-1] for one in found)
@@ -240,7 +237,7 @@ def _on_common_lines(
     return tuple(_resampled(one, lines) for one in found)
 
 
-def _resampled(one: Replacement, lines: FloatArray) -> Replacement:
+def _resampled(one: Substitution, lines: FloatArray) -> Substitution:
     if np.array_equal(one.frf.frequency, lines):
         return one
     try:
@@ -256,11 +253,11 @@ def _resampled(one: Replacement, lines: FloatArray) -> Replacement:
     return replace(one, frf=new.frf, warnings=(*one.warnings, note), repeats=repeats)
 
 
-def _refuse_other_step(replacement: Replacement, df: float) -> None:
-    steps = np.diff(replacement.frf.frequency)
+def _refuse_other_step(substitution: Substitution, df: float) -> None:
+    steps = np.diff(substitution.frf.frequency)
     if not np.all(np.abs(steps - df) <= SAME_STEP * df):
         raise CommandError(
-            f"--df = {df:g}: the lines are those of {replacement.path}, {steps.min():.6g} to "
+            f"--df = {df:g}: the lines are those of {substitution.path}, {steps.min():.6g} to "
             f"{steps.max():.6g} Hz apart; leave --df out with --replace, or give --resample"
         )
 

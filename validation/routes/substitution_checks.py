@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from fbs import Frf
 from fbs.measured.quality import passivity_defect
 
-FloatArray = NDArray[np.float64]
+from ..arrays import FloatArray
 
 NOISE = 0.05  # of the FRF: 3° of phase, five times the scatter of a fair measurement
 FLOOR = 1e-6  # of the largest FRF: 120 dB below it nothing is measured
