@@ -8,12 +8,15 @@ in `bodies`.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Mapping
+from functools import cached_property
 from itertools import combinations
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
+from ..representation import listing
 from .bodies import (
     Angle,
     Bearing,
@@ -35,6 +38,7 @@ from .bodies import (
 from .couplings import DIRECTIONS, Coupling, Translation
 from .dof_radii import dof_radii
 from .excitation_tables import ExcitationTable, require_dof
+from .graph import Joined, facings, groups, joined
 from .mesh_tables import CONSTANT_STIFFNESS, Backlash, MeshVariation, TransmissionError
 from .operation import Operation
 
@@ -317,19 +321,20 @@ class Drivetrain(Table):
     def _consistent(self) -> Self:
         if not self.parts:
             raise ValueError("there is nothing in it; give at least one [[stage]] or [[inertia]]")
-        names = [item.name for item in (*self.parts, *self.couplings)]
-        for name in names:
-            if names.count(name) > 1:
-                raise ValueError(
-                    f"name = '{name}': used {names.count(name)} times; every stage, inertia and "
-                    "coupling needs a name of its own"
-                )
+        names = Counter(item.name for item in (*self.parts, *self.couplings))
+        name, times = names.most_common(1)[0]
+        if times > 1:
+            raise ValueError(
+                f"name = '{name}': used {times} times; every stage, inertia and coupling needs a "
+                "name of its own"
+            )
+        known = set(self.bodies)
         for i, coupling in enumerate(self.couplings):
             for key in ("first", "second"):
-                if getattr(coupling, key) not in self.bodies:
+                if getattr(coupling, key) not in known:
                     raise ValueError(
                         f"coupling[{i}] '{coupling.name}': {key} = {getattr(coupling, key)!r}: "
-                        f"not a body of this drivetrain; allowed: {', '.join(self.bodies)}"
+                        f"not a body of this drivetrain; allowed: {listing(self.bodies)}"
                     )
             self._check_translations(i, coupling)
         self._check_operation()
@@ -343,7 +348,7 @@ class Drivetrain(Table):
             if body is not None and body not in self.bodies:
                 raise ValueError(
                     f"operation: {key} = {body!r}: not a body of this drivetrain; "
-                    f"allowed: {', '.join(self.bodies)}"
+                    f"allowed: {listing(self.bodies)}"
                 )
 
     def _check_translations(self, i: int, coupling: Coupling) -> None:
@@ -370,7 +375,7 @@ class Drivetrain(Table):
 
     def part(self, name: str) -> Part:
         """The stage or inertia of that name."""
-        return next(part for part in self.parts if part.name == name)
+        return self._by_name[name]
 
     def stage(self, name: str) -> ParallelStage | PlanetaryStage:
         """The stage of that name."""
@@ -390,22 +395,39 @@ class Drivetrain(Table):
         own = ("y", "z") if isinstance(part, ParallelStage) else ("u", "v")
         return {DIRECTIONS[dof]: dof for dof in own}
 
+    @cached_property
+    def _by_name(self) -> Mapping[str, Part]:
+        return {part.name: part for part in self.parts}
+
+    @cached_property
+    def joined(self) -> Joined:
+        """(own body, other body) of every coupling of a part, by its name."""
+        return joined(self._by_name, self.couplings)
+
+    @cached_property
+    def facing(self) -> Mapping[str, float]:
+        """Side each part is seen from (±1), so that coupled bodies turn the same way."""
+        return facings(self)
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """A copy with other values; what was derived from the old ones is left behind."""
+        copy = super().model_copy(update=update, deep=deep)
+        for name in ("_by_name", "joined", "facing"):
+            copy.__dict__.pop(name, None)
+        return copy
+
     def groups(self) -> tuple[frozenset[str], ...]:
         """Parts that turn together, as sets of names (connected through couplings)."""
-        groups = [{part.name} for part in self.parts]
-        for coupling in self.couplings:
-            if coupling.transmits:
-                ends = {coupling.first.partition(".")[0], coupling.second.partition(".")[0]}
-                touched = [group for group in groups if group & ends]
-                groups = [g for g in groups if g not in touched] + [set().union(*touched)]
-        return tuple(frozenset(group) for group in groups)
+        transmitting = (coupling for coupling in self.couplings if coupling.transmits)
+        return tuple(map(frozenset, groups(joined(self._by_name, transmitting))))
 
     def warnings(self) -> tuple[str, ...]:
         """What is allowed but probably not meant."""
         main = max(self.groups(), key=len)
+        others = listing(sorted(main))
         return tuple(
             f"{'inertia' if isinstance(part, Inertia) else 'stage'} '{part.name}' is not connected "
-            f"to the rest: no torque passes, every FRF between it and {', '.join(sorted(main))} is "
+            f"to the rest: no torque passes, every FRF between it and {others} is "
             "zero, and each unconnected part has rigid-body modes of its own"
             for part in self.parts
             if part.name not in main

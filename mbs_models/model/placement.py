@@ -8,17 +8,15 @@ translations of coupled bodies are then along common axes.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from .couplings import DIRECTIONS, Coupling
 from .gear_geometry import Vector
+from .graph import sense
 from .parameters import Drivetrain, ParallelStage
-
-# Sign of the counter-clockwise rotation (in the part's own frame) that counts as positive w: a
-# parallel stage's pinion and wheel turn against each other.
-SENSE = {"wheel": -1.0}
 
 
 @dataclass(frozen=True)
@@ -53,47 +51,17 @@ def axes_facing(part: object, facing: float) -> Vector:
     return np.column_stack([y, np.cross(z, y), z])
 
 
-def sense(body: str) -> float:
-    """Sign of positive w of a body against counter-clockwise rotation in its part's frame."""
-    return SENSE.get(body.partition(".")[2], 1.0)
+def facings(drivetrain: Drivetrain) -> Mapping[str, float]:
+    """Side each part is seen from (±1), so that coupled bodies turn the same way."""
+    return drivetrain.facing
 
 
-def facings(drivetrain: Drivetrain) -> dict[str, float]:
-    """Side each part is seen from (±1), so that coupled bodies turn the same way.
-
-    Parts are taken in order; a coupling that closes a loop and cannot be satisfied (three external
-    gears in a ring) turns its second body against w: `turning` says so.
-    """
-    found: dict[str, float] = {}
-    for part in drivetrain.parts:
-        if part.name not in found:
-            found[part.name] = 1.0
-            _face_neighbours(drivetrain, part.name, found)
-    return found
-
-
-def _face_neighbours(drivetrain: Drivetrain, placed: str, found: dict[str, float]) -> None:
-    for here, there in neighbours(drivetrain, placed):
-        name = there.partition(".")[0]
-        if name not in found:
-            found[name] = found[placed] * sense(here) * sense(there)
-            _face_neighbours(drivetrain, name, found)
-
-
-def neighbours(drivetrain: Drivetrain, name: str) -> list[tuple[str, str]]:
+def neighbours(drivetrain: Drivetrain, name: str) -> Sequence[tuple[str, str]]:
     """(own body, other body) of every coupling of a part."""
-    pairs = []
-    for coupling in drivetrain.couplings:
-        for here, there in (
-            (coupling.first, coupling.second),
-            (coupling.second, coupling.first),
-        ):
-            if here.partition(".")[0] == name:
-                pairs.append((here, there))
-    return pairs
+    return drivetrain.joined[name]
 
 
-def turning(facing: dict[str, float], body: str) -> float:
+def turning(facing: Mapping[str, float], body: str) -> float:
     """Sign of positive w of a body against global counter-clockwise rotation."""
     return facing[body.partition(".")[0]] * sense(body)
 

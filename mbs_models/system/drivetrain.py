@@ -12,12 +12,12 @@ from ..contact.mesh_excitation import MeshLaw
 from ..errors import ModelError
 from ..model.couplings import DIRECTIONS, Coupling
 from ..model.gear_geometry import Vector
+from ..model.graph import walk
 from ..model.parameters import Drivetrain, Inertia, ParallelStage, Part
 from ..model.placement import (
     Frame,
     axes_facing,
     facings,
-    neighbours,
     rigid_end,
     translation_ends,
     turning,
@@ -125,25 +125,17 @@ def build_stage(
 
 def place_parts(drivetrain: Drivetrain) -> dict[str, Frame]:
     """Where each part stands, starting from the first: coupled bodies coaxial, turning alike."""
-    facing = facings(drivetrain)
     frames: dict[str, Frame] = {}
-    for part in drivetrain.parts:
-        if part.name not in frames:
-            frames[part.name] = Frame(axes=axes_facing(part, facing[part.name]))
-            _place_neighbours(drivetrain, part.name, facing, frames)
-    return frames
-
-
-def _place_neighbours(
-    drivetrain: Drivetrain, placed: str, facing: dict[str, float], frames: dict[str, Frame]
-) -> None:
-    for here, there in neighbours(drivetrain, placed):
+    for here, there in walk(drivetrain.joined):
         name = there.partition(".")[0]
-        if name not in frames:
-            axes = axes_facing(drivetrain.part(name), facing[name])
-            axis = frames[placed].point(_centre(drivetrain, here))
-            frames[name] = Frame(axis - axes @ _centre(drivetrain, there), axes)
-            _place_neighbours(drivetrain, name, facing, frames)
+        part = drivetrain.part(name)
+        axes = axes_facing(part, drivetrain.facing[name])
+        if not here:
+            frames[name] = Frame(axes=axes)
+            continue
+        axis = frames[here.partition(".")[0]].point(_centre(drivetrain, here))
+        frames[name] = Frame(axis - axes @ _centre(drivetrain, there), axes)
+    return frames
 
 
 def _centre(drivetrain: Drivetrain, body: str) -> Vector:

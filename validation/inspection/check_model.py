@@ -19,6 +19,7 @@ from ..checks.model_warnings import model_warnings
 from ..routes.equations import drivetrain_system, rigid_body_motions
 from ..runtime.streams import warn
 
+MOST_DOFS = 1000  # whose free motions are counted: the time grows with their cube
 PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""))
 
 
@@ -31,8 +32,17 @@ def check_model(model: str) -> None:
         It is no drivetrain.
     """
     drivetrain = load(model)
+    understood(drivetrain)
+    n_dofs = len(label_inertias(drivetrain))
+    print(f"  {n_dofs} DoF labels in all")
+    if n_dofs > MOST_DOFS:
+        print(f"  more than {MOST_DOFS}: what moves freely is not counted")
+        warn([*drivetrain.warnings(), *map(str, findings(drivetrain))])
+        return
+    expected = rigid_body_motions(drivetrain)
     found = rigid_body_count(drivetrain_system(drivetrain).stiffness)
-    understood(drivetrain, rigid_body_motions(drivetrain), found)
+    verdict = "as found in K" if expected == found else f"but {found} found in K"
+    print(f"  rigid-body modes: {expected} by what springs there are, {verdict}")
     parts = drivetrain_components(drivetrain)
     for group in drivetrain.groups():
         names = ", ".join(part.name for part in drivetrain.parts if part.name in group)
@@ -106,7 +116,7 @@ def _rounded(speed: float) -> str:
     return f"{round(speed, 6) + 0.0:.4g}"
 
 
-def understood(drivetrain: Drivetrain, expected: int, found: int) -> None:
+def understood(drivetrain: Drivetrain) -> None:
     """Print what a model file was understood to say."""
     print(f"{drivetrain.name}: valid")
     for stage in drivetrain.stages:
@@ -118,9 +128,6 @@ def understood(drivetrain: Drivetrain, expected: int, found: int) -> None:
         moves = f", and along {', '.join(coupling.dofs)}" if coupling.dofs else ""
         ends = f"{coupling.first} – {coupling.second}"
         print(f"  coupling '{coupling.name}': {ends}, {springs}{moves}")
-    print(f"  {len(label_inertias(drivetrain))} DoF labels in all")
-    verdict = "as found in K" if expected == found else f"but {found} found in K"
-    print(f"  rigid-body modes: {expected} by what springs there are, {verdict}")
 
 
 def _stage(stage: ParallelStage | PlanetaryStage) -> str:

@@ -127,19 +127,19 @@ def assemble(lumped: Lumped, damping: Damping) -> SecondOrderSystem:
     mass = np.diag([inertia for _, inertia in lumped.inertias])
     stiffness, dampers = np.zeros_like(mass), alpha * mass
     for spring in lumped.springs:
-        v = np.zeros(len(labels))
-        for label, coefficient in spring.deflection.items():
-            v[place[label]] += coefficient
+        v = np.array(list(spring.deflection.values()))
+        at = np.ix_(*2 * ([place[label] for label in spring.deflection],))
         c = beta * spring.stiffness if spring.damping is None else spring.damping
-        stiffness += spring.stiffness * np.outer(v, v)
-        dampers += c * np.outer(v, v)
+        stiffness[at] += spring.stiffness * np.outer(v, v)
+        dampers[at] += c * np.outer(v, v)
 
     derived = _resolve(lumped.ties)
     dofs = tuple(label for label in labels if label not in derived)
+    column = {label: j for j, label in enumerate(dofs)}
     reduction = np.zeros((len(labels), len(dofs)))
     for row, label in enumerate(labels):
         leader, factor = derived.get(label, (label, 1.0))
-        reduction[row, dofs.index(leader)] = factor
+        reduction[row, column[leader]] = factor
     mass, dampers, stiffness = (reduction.T @ m @ reduction for m in (mass, dampers, stiffness))
     return SecondOrderSystem(mass, dampers, stiffness, dofs, derived)
 
