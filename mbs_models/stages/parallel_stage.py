@@ -16,8 +16,9 @@ import numpy as np
 
 from ..contact.involute_mesh import InvolutePair
 from ..model.gear_geometry import Vector, centre_distance, radial
+from ..model.graph import sense
 from ..model.parameters import ParallelGear, ParallelStage
-from ..model.placement import Frame, sense
+from ..model.placement import Frame
 from ..system.components import mesh_name
 from ..system.elements import Assembly, RigidBody
 
