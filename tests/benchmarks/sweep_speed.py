@@ -30,8 +30,9 @@ from mbs_models.model.parameters import Drivetrain
 from validation.routes.bands import Band
 from validation.routes.routes import EQUATIONS
 from validation.runtime.executors import process_pool
-from validation.sweep.output import Pieces, Sweep, write_sweep
+from validation.sweep.output import Sweep, write_sweep
 from validation.sweep.parameters import Design, changed, design, model_data, steps_to
+from validation.sweep.pieces import Pieces
 from validation.sweep.run import sweep, task
 from validation.sweep.sample import forget
 from validation.sweep.task import Outcome, Task
@@ -171,7 +172,7 @@ def written_sweep(samples: int, *, streamed: bool) -> float:
     found = design(load("paper"), [f"{SPRING}=1e6±50%"], samples=samples)
     todo = task(load("paper"), found, lines, PAIR, 0, "equations", streamed=streamed)
     with TemporaryDirectory() as name:
-        pieces = Pieces.of(todo, found.samples, Path(name), streamed=streamed)
+        pieces = Pieces(todo, found.samples, Path(name), streamed=streamed)
         room = pieces.magnitude((samples, todo.n_lines)) if streamed else None
         outcome = sweep(todo, found.samples, magnitude=room)
         from validation.sweep.figures import percentiles  # not for the worker processes

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from mbs_models.integration.fingerprint import fingerprint
 from mbs_models.integration.time_integration import SimulationError
 from mbs_models.model.model_file import folder_of, load
 from mbs_models.model.parameters import Drivetrain
@@ -78,7 +79,8 @@ def carry_out(options: Options) -> Simulation:
         levels=levels_asked(options.levels),
         reverse=options.reverse,
     )
-    store = options.out / WORK / PIECES
+    what = fingerprint(drivetrain.model_dump_json(), request)[:16]  # another's is not touched
+    store = options.out / WORK / f"{PIECES}-{what}"
     names = ("simulation.html", "simulation.json", *(f"record.{name}" for name in options.save))
     with progress_bars() as progress:
         planned = PlannedRun(drivetrain, request, store, progress)

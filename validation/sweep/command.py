@@ -13,8 +13,9 @@ from ..runtime.interruption import on_interrupt
 from ..runtime.output_folder import held
 from ..runtime.streams import progress_bars, warn
 from .figures import pictures
-from .output import MAGNITUDE, RESULTS, Pieces, Sweep, write_sweep
+from .output import MAGNITUDE, RESULTS, Sweep, write_sweep
 from .parameters import Design
+from .pieces import Pieces
 from .report import sweep_html
 from .run import processes_worth, sweep
 from .task import Outcome, Task
@@ -57,7 +58,7 @@ def carry_out(
     """
     names = (*RESULTS, *((MAGNITUDE,) if streamed else ()))
     with held(out, names) as work, on_interrupt(f"the same command goes on from {out}"):
-        pieces = Pieces.of(task, design.samples, work, streamed=streamed)
+        pieces = Pieces(task, design.samples, work, streamed=streamed)
         outcome = _outcome(task, design, pieces, workers, executor, streamed=streamed)
         result = Sweep(drivetrain.name, task, design, outcome)
         failed = failures(result, MOST_FAILURES)

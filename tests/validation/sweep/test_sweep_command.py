@@ -15,8 +15,9 @@ from validation.cli import main
 from validation.errors import CommandError
 from validation.routes.bands import Band
 from validation.sweep.figures import percentiles
-from validation.sweep.output import Pieces, Sweep
+from validation.sweep.output import Sweep
 from validation.sweep.parameters import design
+from validation.sweep.pieces import Pieces
 from validation.sweep.run import sweep, task
 from validation.sweep.sensitivity import log_slope, sensitivities, spearman
 
@@ -135,7 +136,7 @@ def test_a_stream_that_does_not_fit_the_disk_is_refused(paper, tmp_path, monkeyp
     monkeypatch.setattr("os.posix_fallocate", full, raising=False)
     found = design(paper, [f"{SPRING}=1e5,1e6"])
     todo = task(paper, found, BAND, PAIR)
-    pieces = Pieces.of(todo, found.samples, tmp_path, streamed=True)
+    pieces = Pieces(todo, found.samples, tmp_path, streamed=True)
     with pytest.raises(
         CommandError, match=r"--stream: 0\.1 GB in .*: No space left on device; give"
     ):
