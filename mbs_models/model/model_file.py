@@ -24,6 +24,9 @@ from .parameters import Drivetrain
 from .toml_text import document
 from .tooth_numbers import refuse_impossible
 
+LARGEST = 16_000_000  # bytes of a model file: a thousand parts take 150 kB
+MOST_PARTS = 10_000
+
 # Presets
 
 
@@ -82,6 +85,7 @@ def loads(text: str, origin: str = "<string>") -> Drivetrain:
             "[[inertia]] table"
         )
     try:
+        _refuse_too_many(data)
         drivetrain = Drivetrain.model_validate(data, by_alias=True, by_name=False)
         refuse_impossible(drivetrain)
     except ValidationError as error:
@@ -89,6 +93,14 @@ def loads(text: str, origin: str = "<string>") -> Drivetrain:
     except ModelError as error:
         raise ModelError(f"{origin}: {error}") from error
     return drivetrain
+
+
+def _refuse_too_many(data: Mapping[str, Any]) -> None:
+    """Refuse more tables than anybody waits for."""
+    for key in ("stage", "inertia", "coupling", "excitation"):
+        tables = data.get(key)
+        if isinstance(tables, list) and len(tables) > MOST_PARTS:
+            raise ModelError(f"[[{key}]]: {len(tables)} tables; at most {MOST_PARTS} are possible")
 
 
 def folder_of(model: str | Path) -> Path:
@@ -145,7 +157,13 @@ def _removed_unless_written(path: Path) -> Iterator[None]:
 
 def _read(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8-sig")
+        if not path.is_file() and path.exists() and not path.is_dir():
+            raise ModelError(f"{path}: is a device or a pipe, no file")
+        with path.open("rb") as file:
+            content = file.read(LARGEST + 1)
+        if len(content) > LARGEST:
+            raise ModelError(f"{path}: is larger than {LARGEST / 1e6:g} MB, as no model file is")
+        return content.decode("utf-8-sig")
     except FileNotFoundError as error:
         raise ModelError(
             f"{path}: neither a file nor a preset; {suggest(str(path), preset_names())}"

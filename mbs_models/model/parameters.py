@@ -18,11 +18,12 @@ from pydantic import Field, model_validator
 
 from ..representation import listing
 from .bodies import (
-    Angle,
+    MOST_PLANETS,
     Bearing,
     BearingMatrix,
     Carrier,
     Damper,
+    Degrees,
     Inertia,
     Name,
     ParallelGear,
@@ -33,13 +34,15 @@ from .bodies import (
     Stiffness,
     Sun,
     Table,
+    Title,
     bearing,
+    physical,
 )
 from .couplings import DIRECTIONS, Coupling, Translation
 from .dof_radii import dof_radii
 from .excitation_tables import ExcitationTable, require_dof
 from .graph import Joined, facings, groups, joined
-from .mesh_tables import CONSTANT_STIFFNESS, Backlash, MeshVariation, TransmissionError
+from .mesh_tables import CONSTANT_STIFFNESS, Backlash, MeshVariation, Phase, TransmissionError
 from .operation import Operation
 
 __all__ = [
@@ -71,8 +74,12 @@ class Damping(Table):
     ``stiffness_proportional`` is β (s), ``mass_proportional`` is α (1/s).
     """
 
-    stiffness_proportional: Annotated[float, Field(ge=0.0, json_schema_extra={"unit": "s"})] = 0.0
-    mass_proportional: Annotated[float, Field(ge=0.0, json_schema_extra={"unit": "1/s"})] = 0.0
+    stiffness_proportional: Annotated[
+        float, Field(ge=0.0, json_schema_extra={"unit": "s"}), physical(1e-15, 1.0, "s")
+    ] = 0.0
+    mass_proportional: Annotated[
+        float, Field(ge=0.0, json_schema_extra={"unit": "1/s"}), physical(1e-12, 1e6, "1/s")
+    ] = 0.0
 
 
 def check_teeth(gears: Mapping[str, tuple[int | None, float]]) -> None:
@@ -103,7 +110,7 @@ class ParallelStage(Table):
 
     type: Literal["parallel"]
     name: Name
-    helix_angle: Annotated[Angle, Field(gt=-90.0, lt=90.0)] = 0.0
+    helix_angle: Annotated[Degrees, Field(gt=-90.0, lt=90.0)] = 0.0
     # It places the two bodies. The linear system does not depend on it: y is along the line of
     # action whatever the angle.
     pressure_angle: PressureAngle = 20.0
@@ -139,7 +146,7 @@ class PlanetaryStage(Table):
 
     type: Literal["planetary"]
     name: Name
-    planets: Annotated[int, Field(ge=2, le=100)] | None = None
+    planets: Annotated[int, Field(ge=2, le=MOST_PLANETS)] | None = None
     planet_angles: PlanetAngles | None = None
     pressure_angle: PressureAngle | None = None
     sun_pressure_angle: PressureAngle | None = None
@@ -152,7 +159,7 @@ class PlanetaryStage(Table):
     ring_mesh_transmission_error: TransmissionError | None = None
     sun_mesh_backlash: Backlash = 0.0
     ring_mesh_backlash: Backlash = 0.0
-    ring_mesh_phase: float | None = None
+    ring_mesh_phase: Phase | None = None
     planet_bearing: Stiffness | BearingMatrix | None = None
     planet_bearing_radial: Stiffness | None = None
     planet_bearing_tangential: Stiffness | None = None
@@ -296,8 +303,8 @@ Part = ParallelStage | PlanetaryStage | Inertia
 class Drivetrain(Table):
     """A whole drivetrain: stages, plain inertias, and the couplings that join them."""
 
-    name: str
-    source: str = ""
+    name: Title
+    source: Title = ""
     damping: Damping = Damping()
     operation: Operation | None = None
     stages: Annotated[
