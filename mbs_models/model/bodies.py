@@ -67,7 +67,7 @@ HubMass = Annotated[float, Field(ge=0.0, json_schema_extra={"unit": "kg"}), OF_M
 HubInertia = Annotated[float, Field(ge=0.0, json_schema_extra={"unit": "kg m²"}), OF_INERTIA]
 Stiffness = Annotated[float, Field(ge=0.0, json_schema_extra={"unit": "N/m"}), OF_STIFFNESS]
 Damper = Annotated[float, Field(ge=0.0, json_schema_extra={"unit": "N s/m"}), OF_DAMPER]
-_Entry = Annotated[float, physical(1e-9, 1e15, "")]  # N/m, or N s/m
+_Entry = Annotated[float, physical(0.0, 1e15, "")]  # N/m, or N s/m
 _Row = Annotated[tuple[_Entry, _Entry], Field(strict=False)]
 BearingMatrix = Annotated[
     tuple[_Row, _Row],

@@ -18,6 +18,7 @@ from pydantic import TypeAdapter, ValidationError
 from pydantic_core import ErrorDetails
 
 from ..errors import ModelError
+from ..text_files import read_text
 from .excitation_tables import ExcitationTable
 from .messages import Location, one_message, suggest
 from .parameters import Drivetrain
@@ -157,21 +158,11 @@ def _removed_unless_written(path: Path) -> Iterator[None]:
 
 def _read(path: Path) -> str:
     try:
-        if not path.is_file() and path.exists() and not path.is_dir():
-            raise ModelError(f"{path}: is a device or a pipe, no file")
-        with path.open("rb") as file:
-            content = file.read(LARGEST + 1)
-        if len(content) > LARGEST:
-            raise ModelError(f"{path}: is larger than {LARGEST / 1e6:g} MB, as no model file is")
-        return content.decode("utf-8-sig")
+        return read_text(path, LARGEST, "model file")
     except FileNotFoundError as error:
         raise ModelError(
             f"{path}: neither a file nor a preset; {suggest(str(path), preset_names())}"
         ) from error
-    except OSError as error:
-        raise ModelError(f"{path}: cannot be read: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise ModelError(f"{path}: not a text file in UTF-8 (byte {error.start} is not)") from error
 
 
 @cache

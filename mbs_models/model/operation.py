@@ -8,8 +8,8 @@ from pydantic import Field, model_validator
 
 from .bodies import Table, physical
 
-OF_SPEED = physical(1e-6, 1e6, "rpm")
-OF_TORQUE = physical(1e-9, 1e12, "N m")
+SPEEDS, TORQUES = (1e-6, 1e6), (1e-9, 1e12)  # rpm, N m: what is physical but 0
+OF_SPEED, OF_TORQUE = physical(*SPEEDS, "rpm"), physical(*TORQUES, "N m")
 
 
 class Operation(Table):

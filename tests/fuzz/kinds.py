@@ -142,11 +142,11 @@ def _other_arrays(rng: random.Random) -> bytes:
         case 0:
             del arrays[name]
         case 1:
-            arrays[name] = value[..., :-1]
+            arrays[name] = np.atleast_1d(value)[..., :-1]
         case 2:
             arrays[name] = value.ravel()
         case 3:
-            arrays[name] = value[::-1]
+            arrays[name] = np.flip(value)
         case 4:
             arrays[name] = np.array(odd_text(rng).encode(errors="replace").decode())
         case 5:
@@ -628,7 +628,10 @@ def folders(rng: random.Random, folder: Path) -> str:
         line += ["--stream", "--response", DOFS[0], "--excitation", DOFS[0], "--df", "1000"]
         theirs.pop(out / "magnitude.npy", None)
     called = command(*line, within=(0, 2))
+    written = {Path(name).name for name in re.split(r"[,\s]+", called.out)}
     for path, content in theirs.items():
+        if path.name in written and path.parent == out:
+            continue  # a result of this name takes its place
         if not path.is_file() or path.read_bytes() != content:
             raise Fault(f"{path} is not as it was ({called.code})")
     for path in folder.rglob("*.partial"):

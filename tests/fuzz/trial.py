@@ -84,8 +84,8 @@ def refused_or(action: Callable[[], object]) -> str:
     try:
         action()
     except REFUSALS as error:
-        if not str(error) or "\n" in str(error).strip():
-            raise Fault(f"no single line: {error!r}") from error
+        if not str(error):
+            raise Fault(f"no message: {error!r}") from error
         return REFUSED
     return ACCEPTED
 

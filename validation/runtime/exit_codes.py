@@ -69,7 +69,8 @@ def _ended(app: typer.Typer, arguments: Sequence[str]) -> int:
     except MemoryError as error:
         why = f" ({error})" if str(error) else ""
         return _told(
-            BAD_INPUT, f"not enough memory{why}; give a larger --df, a narrower band or fewer DoFs"
+            BAD_INPUT,
+            f"not enough memory{why}; ask for less: fewer lines, DoFs, samples or processes",
         )
     except Exception as error:  # whatever else there is, named as ours
         return _fault(error)

@@ -25,6 +25,7 @@ FloatArray = NDArray[np.float64]
 
 DEFAULT_SAMPLES = 200
 MOST_SAMPLES = 1_000_000
+LARGEST = 1e30  # of a value, whatever its unit: what is physical the model says
 FORMS = "from:to:N, from:to:Nlog, v1,v2,v3, v±p% (uniform) or v~s% (normal)"
 SAMPLINGS = ("lhs", "random")
 TABLES = {"stage": "stages", "inertia": "inertias", "coupling": "couplings"}
@@ -224,8 +225,10 @@ def _number(path: str, text: str, spec: str) -> float:
         value = float(text)
     except ValueError:
         raise _unreadable(path, spec) from None
-    if not math.isfinite(value):
-        raise CommandError(f"--vary {path}={spec}: {text.strip()} is not finite")
+    if not abs(value) <= LARGEST:
+        raise CommandError(
+            f"--vary {path}={spec}: {text.strip()} is not finite, or beyond ±{LARGEST:g}"
+        )
     return value
 
 

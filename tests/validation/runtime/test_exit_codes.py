@@ -199,7 +199,7 @@ def test_too_little_memory_is_one_message(
     assert call("modes") == 2
     told = capsys.readouterr().err
     assert told.count("\n") == 1
-    assert "not enough memory (Unable to allocate 7 TiB); give a larger --df" in told
+    assert "not enough memory (Unable to allocate 7 TiB); ask for less" in told
 
 
 @pytest.mark.parametrize("command", ["modes", "schema", "presets"])  # modes prints through rich
