@@ -1,6 +1,6 @@
 """Dynamic condensation, in its two senses: slaves blocked (u_S = 0) or free of force (f_S = 0).
 
-Partition H f = u into masters M and slaves S, seed paper, Eq. (28). A Schur complement means the
+Partition H f = u into masters M and slaves S, the paper, Eq. (28). A Schur complement means the
 opposite for a receptance H and for a dynamic stiffness Z = H^-1:
 
 =======================================  =========  =============================
@@ -10,7 +10,7 @@ opposite for a receptance H and for a dynamic stiffness Z = H^-1:
 ``block_dofs`` (of a system)             u_S = 0    M, C, K without the rows and columns S
 =======================================  =========  =============================
 
-Eqs. (18)-(22) of the seed paper need no function of their own: Eqs. (19) and (20) are
+Eqs. (18)-(22) of the paper need no function of their own: Eqs. (19) and (20) are
 ``condense_blocked`` of the coupled FRF with B, or A, blocked; with c blocked as well,
 ``condense_blocked(frf, a)`` is "condensed subsystem A" of Eq. (21), and of A alone with its hub
 locked: blocking in steps is blocking at once (the quotient property of Schur complements).
@@ -41,7 +41,7 @@ SWEEPS = 4
 
 
 def condense_blocked(frf: Frf, masters: Iterable[str]) -> Frf:
-    """Block the slaves: H_MM - H_MS H_SS^-1 H_SM; seed paper, Eqs. (30) and (31) as printed.
+    """Block the slaves: H_MM - H_MS H_SS^-1 H_SM; the paper, Eqs. (30) and (31) as printed.
 
     0 = u_S = H_SM f_M + H_SS f_S gives the reactions f_S = -H_SS^-1 H_SM f_M, and with them
     u_M = H_MM f_M + H_MS f_S = (H_MM - H_MS H_SS^-1 H_SM) f_M.
@@ -95,7 +95,7 @@ def condense_blocked(frf: Frf, masters: Iterable[str]) -> Frf:
 
 
 def condense_free(frf: Frf, masters: Iterable[str]) -> Frf:
-    """Leave the slaves without force: H_MM; what the seed paper's text above Eq. (29) assumes.
+    """Leave the slaves without force: H_MM; what the paper's text above Eq. (29) assumes.
 
     Eq. (29) itself says so: with f_S = 0 its first row reads u_M = H_MM f_M, and u_S appears in
     it nowhere. A receptance is condensed by selection; eliminating u_S costs something only in

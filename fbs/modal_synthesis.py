@@ -43,7 +43,7 @@ def modal_frf(
     quantity: Quantity | str = Quantity.RECEPTANCE,
     modes: RealModes | ComplexModes | TruncatedModes | None = None,
 ) -> Frf:
-    """Sum H_ij = sum_r phi_ir phi_jr / (w_r^2 (1 + j eta) - w^2 + j w g_r); seed paper, Eq. (17).
+    """Sum H_ij = sum_r phi_ir phi_jr / (w_r^2 (1 + j eta) - w^2 + j w g_r); the paper, Eq. (17).
 
     g_r = 2 zeta_r w_r = (Phi^T C Phi)_rr where that matrix is diagonal (`is_proportional`);
     otherwise H = sum_k (a_k + b_k / s) p_k^T / (s - s_k) over the complex modes. Structural

@@ -66,7 +66,7 @@ def direct_frf(
     quantity: Quantity | str = Quantity.RECEPTANCE,
     block: int = BLOCK,
 ) -> Frf:
-    """Solve H(w) = (K (1 + j eta) - w^2 M + jwC)^-1 at every line; seed paper, Eq. (16).
+    """Solve H(w) = (K (1 + j eta) - w^2 M + jwC)^-1 at every line; the paper, Eq. (16).
 
     Only the columns asked for are solved (or the rows, through the transpose, where they are
     fewer), in real arithmetic where the system is undamped, `block` lines at a time.

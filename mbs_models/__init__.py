@@ -3,6 +3,9 @@
 Parameters
     `load`, `loads`, `dumps`, `preset_names`: model files and presets.
     `Drivetrain` of `ParallelStage`, `PlanetaryStage`, `Inertia`, `Coupling`, `Damping`.
+    A stage type of one's own is a `Part` of `Member`s, each with its `Role`, known to model files
+    by `register_stage` (and to the equations too by ``validation.register_stage``) until
+    `unregister_stage`.
 Systems
     `build_drivetrain`, `build_stage` make a `MultibodySystem`, `linearize` its M, C, K as a
     `LinearizedSystem`; `drivetrain_components` reads its springs and bodies back.
@@ -42,9 +45,12 @@ if TYPE_CHECKING:
         Inertia,
         ParallelStage,
         PlanetaryStage,
+        register_stage,
+        unregister_stage,
     )
     from .signals.lines import Harmonic, schroeder_multisine
     from .signals.sines import Sweep
+    from .stages.part import Member, Part, Role
     from .system.drivetrain import MultibodySystem, build_drivetrain, build_stage
     from .system.linearization import LinearizedSystem, linearize
     from .system.read_back import drivetrain_components
@@ -61,12 +67,15 @@ __all__ = [
     "Integrator",
     "Kind",
     "LinearizedSystem",
+    "Member",
     "ModelError",
     "Modes",
     "MultibodySystem",
     "OperatingPoint",
     "ParallelStage",
+    "Part",
     "PlanetaryStage",
+    "Role",
     "SimulationError",
     "Sweep",
     "TransientRecord",
@@ -83,8 +92,10 @@ __all__ = [
     "loads",
     "operating_point",
     "preset_names",
+    "register_stage",
     "schroeder_multisine",
     "simulate",
+    "unregister_stage",
 ]
 
 _MODULES = {
@@ -100,7 +111,9 @@ _MODULES = {
     "modal.modes": ("drivetrain_modes",),
     "model.parameters": (
         "Coupling", "Damping", "Drivetrain", "Inertia", "ParallelStage", "PlanetaryStage",
+        "register_stage", "unregister_stage",
     ),
+    "stages.part": ("Member", "Part", "Role"),
     "system.read_back": ("drivetrain_components",),
     "signals.lines": ("Harmonic", "schroeder_multisine"),
     "signals.sines": ("Sweep",),

@@ -177,8 +177,7 @@ def drivetrains(draw: st.DrawFn, largest: int = 4) -> Drivetrain:
     joined = []
     for i, part in enumerate(parts[1:], start=1):
         ends = [
-            (p, draw(st.sampled_from(bodies_of(p))))
-            for p in (parts[draw(st.integers(0, i - 1))], part)
+            (p, draw(st.sampled_from(p.bodies))) for p in (parts[draw(st.integers(0, i - 1))], part)
         ]
         joined.append(draw(couplings(f"coupling{i}", ends)))
     return Drivetrain.model_validate(
@@ -193,11 +192,6 @@ def drivetrains(draw: st.DrawFn, largest: int = 4) -> Drivetrain:
             "coupling": joined,
         }
     )
-
-
-def bodies_of(part: Part) -> tuple[str, ...]:
-    """Bodies of a part that a coupling can join ('' for an inertia itself)."""
-    return ("",) if isinstance(part, Inertia) else part.bodies
 
 
 def tables(part: Part) -> dict[str, Any]:

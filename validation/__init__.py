@@ -7,6 +7,8 @@ Routes
     A `Source` gives M, C, K: `EQUATIONS`, `exudyn_source()`, or under load `loaded_source`.
     `build_model` builds a `Model` of it, whole and by stage; `whole_route` and `fbs_route` make the
     `Route` to an FRF. `coupling_joints` says what joins two parts.
+Stage types of one's own
+    `register_stage` takes the type and its equations: the `Lumped` inertias and `Spring`s of it.
 exudyn's systems for fbs
     `drivetrain_system`, `stage_system`, and `as_second_order` of any linearised one.
 The paper
@@ -30,6 +32,7 @@ if TYPE_CHECKING:
     from .errors import CommandError
     from .paper.study import paper_study
     from .routes.bands import Band
+    from .routes.equations import Lumped, Spring, register_stage
     from .routes.multibody import as_second_order, drivetrain_system, stage_system
     from .routes.routes import (
         EQUATIONS,
@@ -52,9 +55,11 @@ __all__ = [
     "Check",
     "CommandError",
     "CrossCheck",
+    "Lumped",
     "Model",
     "Route",
     "Source",
+    "Spring",
     "__version__",
     "as_second_order",
     "build_model",
@@ -65,6 +70,7 @@ __all__ = [
     "fbs_route",
     "loaded_source",
     "paper_study",
+    "register_stage",
     "stage_system",
     "whole_route",
     "write_report",
@@ -79,6 +85,7 @@ _MODULES = {
     "checks.check": ("Check",),
     "crosscheck.results": ("CrossCheck",),
     "routes.bands": ("Band",),
+    "routes.equations": ("Lumped", "Spring", "register_stage"),
     "routes.routes": (
         "EQUATIONS", "Model", "Route", "Source", "build_model", "coupling_joints",
         "exudyn_source", "fbs_route", "loaded_source", "whole_route",

@@ -30,6 +30,7 @@ from .cli_options import (
     named,
 )
 from .runtime.exit_codes import BAD_INPUT, exit_code
+from .runtime.streams import say
 
 app = typer.Typer(
     name="crosscheck",
@@ -124,7 +125,7 @@ def run(
     verdicts(result)
     if result.swap is not None:
         print("\n".join(in_words(result.swap)))
-    print(f"Report: {html}\nResults: {data}")
+    say(f"Report: {html}\nResults: {data}")
     if not result.agrees:
         raise typer.Exit(1)
 
@@ -140,24 +141,9 @@ def modes(
     as_json: Annotated[bool, typer.Option("--json", help="Machine-readable.")] = False,
 ) -> None:
     """Natural frequencies, damping ratios and kinds of all modes."""
-    from mbs_models.model.model_file import load
+    from .inspection.commands import modes_command
 
-    from .inspection.modes import print_modes, solved_modes
-    from .runtime.streams import warn
-
-    drivetrain = load(model)
-    warn(drivetrain.warnings())
-    found, at_rest = solved_modes(drivetrain, route, torque)
-    if not as_json:
-        print_modes(drivetrain.name, route, found, at_rest, torque)
-        return
-    from .inspection.modes import modes_document
-    from .routes.modes import round_off_warnings
-
-    if route == "exudyn":
-        warn(round_off_warnings(found))
-    document = {"model": model, "route": route, "modes": modes_document(found, at_rest)}
-    print(json.dumps(document, indent=1))
+    modes_command(model, route, torque, as_json=as_json)
 
 
 @app.command()
@@ -182,35 +168,19 @@ def frf(
         Path | None, typer.Option(help="A file: .npz, .csv, .uff, .png, .svg or .pdf.")
     ] = None,
 ) -> None:
-    """FRFs between DoFs, drawn on the screen or written to a file."""
-    from mbs_models.model.model_file import load
+    """FRFs between DoFs, drawn in the terminal or written to a file."""
+    from .inspection.commands import frf_command
 
-    from .inspection import frf_output
-    from .routes.bands import band
-    from .routes.memory import frf_bytes, frf_count, require_memory
-    from .routes.routes import frf_by_name
-
-    responses = frf_output.labels("--response", response)
-    excitations = frf_output.labels("--excitation", excitation)
-    if output is not None:
-        frf_output.check_target(output)
-    drivetrain = load(model)
-    n_frfs = frf_count(drivetrain, route, responses, excitations, stage)
-    lines = band(fmin, fmax, df, n_frfs)
-    require_memory(
-        lines,
-        frf_bytes(n_frfs, drawn=output is not None and frf_output.is_picture(output)),
-        f"{n_frfs} FRF{'s' * (n_frfs > 1)}",
-        "a larger --df, a narrower band (--fmin, --fmax) or fewer DoFs",
+    frf_command(
+        model,
+        response,
+        excitation,
+        (fmin, fmax, df),
+        route=route,
+        stage=stage,
+        quantity=quantity,
+        output=output,
     )
-    made, method = frf_by_name(drivetrain, route, lines.frequency(), responses, excitations, stage)
-    result = made.to(quantity)
-    print(f"Method: {method}")
-    if output is None:
-        frf_output.show(result)
-    else:
-        subject = drivetrain.name if stage is None else f"{drivetrain.name}: {stage} alone"
-        frf_output.write(result, output, title=f"{subject} ({route})")
 
 
 @app.command()
@@ -226,33 +196,13 @@ def paper(
         str, typer.Option(metavar="DB", help="Largest error where modes are left out.")
     ] = "0.1dB",
 ) -> None:
-    """Check the seed paper's tables, figures and claims; exit code 1 if our own routes disagree."""
-    from .paper import options as paper_input
-    from .runtime.streams import progress_bars
+    """Check the paper's tables, figures, equations and claims.
 
-    tolerance_db = paper_input.decibels("--tolerance", tolerance)
-    item = None if only is None else paper_input.item("--only", only)
-    from .runtime.output_folder import held
+    Exit code 1 if our own routes disagree.
+    """
+    from .paper.command import run_command
 
-    with held(out, ("paper.html", "paper.json")), progress_bars() as progress:
-        from .paper import paper_study  # takes its time to load: bad input is told before
-        from .paper.page import write_paper_report
-
-        study = paper_study(
-            item,
-            tolerance_db=tolerance_db,
-            progress=lambda _, done, total: progress("checking the paper", done, total),
-        )
-        progress("writing the report", 0, 1)
-        html, data = write_paper_report(study, out)
-        progress("writing the report", 1, 1)
-    from .paper.agreement import route_checks
-    from .paper.console import paper_verdicts
-
-    checks = route_checks(study)
-    paper_verdicts(study, checks)
-    print(f"Report: {html}\nResults: {data}")
-    if not all(check.agrees for check in checks):
+    if not run_command(out, only, tolerance).agrees:
         raise typer.Exit(1)
 
 
@@ -286,24 +236,25 @@ def sweep(
     ] = False,
 ) -> None:
     """Vary parameters: an FRF and natural frequencies, as table and report; goes on if stopped."""
-    from mbs_models.model.model_file import load
+    from .sweep.command import run_command
 
-    from .runtime.executors import check as check_executor
-    from .sweep.parameters import design
-
-    check_executor(executor, workers)
-    drivetrain = load(model)
-    samples_of = design(drivetrain, vary or (), samples, seed, sampling)
-    from .routes.bands import band
-    from .routes.memory import BYTES_PER_SWEPT_LINE, require_memory
-    from .sweep.command import carry_out
-    from .sweep.run import dof_pair, task
-
-    lines, pair = band(fmin, fmax, df), dof_pair(response, excitation)
-    if pair is not None:
-        require_memory(lines, BYTES_PER_SWEPT_LINE, "the sweep's FRF")
-    todo = task(drivetrain, samples_of, lines, pair, n_modes, route, metric or (), streamed=stream)
-    carry_out(drivetrain, todo, samples_of, out, workers, executor, streamed=stream)
+    run_command(
+        model,
+        out,
+        vary=vary or (),
+        response=response,
+        excitation=excitation,
+        metrics=metric or (),
+        limits=(fmin, fmax, df),
+        n_modes=n_modes,
+        route=route,
+        samples=samples,
+        sampling=sampling,
+        seed=seed,
+        workers=workers,
+        executor=executor,
+        stream=stream,
+    )
 
 
 @app.command()
@@ -349,26 +300,29 @@ def simulate(
 ) -> None:
     """Integrate in time: FRFs against FBS, or a gearbox at speed; goes on if stopped."""
     from .inspection import frf_output
-    from .simulation.command import Options, carry_out
+    from .simulation.command import run_command
+    from .simulation.options import Options
 
     options = Options(
-        model=model,
-        excitation=tuple(excitation or ()),
-        response=None if response is None else frf_output.labels("--response", response),
+        responses=None if response is None else frf_output.labels("--response", response),
         duration=duration,
         fmax=fmax,
-        sampling=sampling,
+        sampling_frequency=sampling,
         integrator=integrator,
         step=step,
-        speed=speed,
+        speed_rpm=speed,
         torque=torque,
-        levels=levels,
         reverse=reverse,
-        out=out,
-        save=tuple(save or ()),
     )
-    if not carry_out(options).agrees:
-        raise typer.Exit(1)
+    result = run_command(
+        model,
+        out,
+        excitation=excitation or (),
+        levels=levels,
+        save=save or (),
+        options=options,
+    )
+    end(result.agrees)
 
 
 @app.command()
@@ -385,20 +339,25 @@ def speed(
 ) -> None:
     """Mesh and bearing forces and vibration over the speed range, by harmonic balance."""
     from .inspection import frf_output
-    from .speed.command import Options, run_command
+    from .speed.command import run_command
 
-    options = Options(
-        model=model,
+    result = run_command(
+        model,
+        out,
         speed=speed,
         torque=torque,
-        response=() if response is None else frf_output.labels("--response", response),
+        responses=() if response is None else frf_output.labels("--response", response),
         harmonics=harmonics,
         check=check,
         workers=workers,
         executor=executor,
-        out=out,
     )
-    if not run_command(options).agrees:
+    end(result.agrees)
+
+
+def end(agrees: bool) -> None:
+    """End a command that has a verdict."""
+    if not agrees:
         raise typer.Exit(1)
 
 
@@ -422,7 +381,7 @@ def new(
     from mbs_models.model.model_file import template, write_new
 
     write_new(file, template(source))
-    print(f"{file}: written, from preset '{source}'")
+    say(f"{file}: written, from preset '{source}'")
 
 
 @app.command()

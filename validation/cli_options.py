@@ -103,7 +103,7 @@ Harmonics = Annotated[int, typer.Option(min=1, help="Of each mesh frequency, in 
 Checked = Annotated[
     str | None,
     typer.Option(
-        metavar="600,1500", help="Speeds, rpm, at which exudyn's time integration is the witness."
+        metavar="600,1500", help="Speeds, rpm, at which exudyn's time integration is the reference."
     ),
 ]
 

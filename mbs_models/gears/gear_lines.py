@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from ..model.parameters import Drivetrain, PlanetaryStage
+from ..model.parameters import Drivetrain
 from .line_fit import fit_tones
 
 FloatArray = NDArray[np.float64]
@@ -118,9 +118,9 @@ def mesh_tones(
     for stage in drivetrain.stages:
         if stage.name in mesh_frequencies:
             carrier, planets = 0.0, 0
-            if isinstance(stage, PlanetaryStage):
-                carrier = speeds[f"{stage.name}.carrier"] - speeds[f"{stage.name}.ring"]
-                planets = len(stage.angles)
+            for own in stage.planet_sets():
+                carrier = speeds[own.carrier] - speeds[own.ring]
+                planets = len(own.planets)
             frequency = mesh_frequencies[stage.name]
             tones.append(
                 MeshTone(f"mesh {stage.name}", frequency, carrier / (2.0 * math.pi), planets)

@@ -18,12 +18,11 @@ from numpy.typing import NDArray
 from ..contact.mesh_excitation import CONSTANT, MeshLaw, at_mean
 from ..errors import ModelError
 from ..model.excitation import Excitation
-from ..model.mesh_phasing import MeshPhases, mesh_phases
-from ..model.mesh_tables import CONSTANT_STIFFNESS, MeshVariation, TransmissionError
 from ..model.operation import SPEEDS, TORQUES
-from ..model.parameters import Drivetrain, ParallelStage, PlanetaryStage
-from ..model.placement import facings, turning
-from ..system.components import Components, mesh_name
+from ..model.parameters import Drivetrain
+from ..model.placement import turnings
+from ..stages.part import Part
+from ..system.components import Components
 from ..system.displaced import linearized_at
 from ..system.drivetrain import build_drivetrain, build_stage
 from ..system.linearization import LinearizedSystem, linearize
@@ -53,7 +52,7 @@ class OperatingPoint:
     mesh_frequencies
         Stage → Hz, of the stages that have teeth; empty without a speed.
     phases
-        Planetary stage → phases of its meshes; of the stages whose meshes vary.
+        Mesh → how much later it is (mesh periods), of stages with planets whose meshes vary.
     laws
         Mesh → its force law.
     loads
@@ -71,7 +70,7 @@ class OperatingPoint:
     output: str | None
     speeds: Mapping[str, float]
     mesh_frequencies: Mapping[str, float]
-    phases: Mapping[str, MeshPhases]
+    phases: Mapping[str, float]
     laws: Mapping[str, MeshLaw]
     loads: tuple[Excitation[Constant], ...]
     mesh_forces: Mapping[str, float]
@@ -83,21 +82,6 @@ class OperatingPoint:
     def start_state(self) -> tuple[FloatArray, FloatArray]:
         """Displacement and velocity to start from."""
         return self.displacement, np.zeros_like(self.displacement)
-
-
-@dataclass(frozen=True)
-class _Family:
-    """The meshes of one key of a stage: what the model file says of them, and each one's phase."""
-
-    key: str
-    variation: MeshVariation
-    error: TransmissionError | None
-    backlash: float
-    names: tuple[str, ...]
-
-    @property
-    def varies(self) -> bool:
-        return self.variation != CONSTANT_STIFFNESS or self.error is not None
 
 
 def operating_point(
@@ -213,10 +197,9 @@ def _speeds(drivetrain: Drivetrain, parts: Components, speed: float | None) -> M
     ratio = speeds(parts, driven)
     if not ratio:
         raise ModelError(f"operation: input = {driven!r}: cannot turn freely: it has no speed")
-    facing = facings(drivetrain)
-    rate = speed * 2.0 * math.pi / 60.0 * turning(facing, driven)
-    hubs = {coupling.name for coupling in drivetrain.couplings}
-    return {body: rate * ratio[body] * turning(facing, body) for body in ratio if body not in hubs}
+    turns = turnings(drivetrain)
+    rate = speed * 2.0 * math.pi / 60.0 * turns[driven]
+    return {body: rate * ratio[body] * turn for body, turn in turns.items()}
 
 
 def _mesh_frequencies(drivetrain: Drivetrain, turns: Mapping[str, float]) -> dict[str, float]:
@@ -224,7 +207,7 @@ def _mesh_frequencies(drivetrain: Drivetrain, turns: Mapping[str, float]) -> dic
     found: dict[str, float] = {}
     fastest = max(map(abs, turns.values()), default=0.0)
     for stage in drivetrain.stages:
-        varying = [family.key for family in families(stage) if family.varies]
+        varying = [family.key for family in stage.mesh_families() if family.varies]
         if not turns:
             if varying:
                 raise ModelError(
@@ -240,53 +223,16 @@ def _mesh_frequencies(drivetrain: Drivetrain, turns: Mapping[str, float]) -> dic
     return found
 
 
-def _no_frequency(stage: ParallelStage | PlanetaryStage, key: str) -> str:
-    gears = ("pinion", "wheel") if isinstance(stage, ParallelStage) else ("sun", "ring")
-    if all(getattr(stage, gear).teeth is None for gear in gears):
+def _no_frequency(stage: Part, key: str) -> str:
+    meshing = {body for f in stage.mesh_families() for body in (f.gear, *f.others)}
+    gears = [body for body in stage.bodies if f"{stage.name}.{body}" in meshing]
+    if all(stage.member(f"{stage.name}.{gear}").teeth is None for gear in gears):
         keys = " or ".join(f"{gear}.teeth" for gear in gears)
         return f"stage '{stage.name}': {key} needs the mesh frequency: {keys} is missing"
     return f"stage '{stage.name}': {key} needs a mesh frequency, but the stage does not turn"
 
 
 # Meshes
-
-
-def families(stage: ParallelStage | PlanetaryStage) -> tuple[_Family, ...]:
-    """The mesh families of a stage."""
-    if isinstance(stage, ParallelStage):
-        names = (mesh_name(f"{stage.name}.pinion", f"{stage.name}.wheel"),)
-        return (
-            _Family(
-                "mesh",
-                stage.mesh_variation,
-                stage.mesh_transmission_error,
-                stage.mesh_backlash,
-                names,
-            ),
-        )
-    return (
-        _Family(
-            "sun_mesh",
-            stage.sun_mesh_variation,
-            stage.sun_mesh_transmission_error,
-            stage.sun_mesh_backlash,
-            _planet_meshes(stage, "sun"),
-        ),
-        _Family(
-            "ring_mesh",
-            stage.ring_mesh_variation,
-            stage.ring_mesh_transmission_error,
-            stage.ring_mesh_backlash,
-            _planet_meshes(stage, "ring"),
-        ),
-    )
-
-
-def _planet_meshes(stage: PlanetaryStage, member: str) -> tuple[str, ...]:
-    return tuple(
-        mesh_name(f"{stage.name}.{member}", f"{stage.name}.planet{number}")
-        for number in range(1, stage.planet_count + 1)
-    )
 
 
 def _flanks(
@@ -297,48 +243,36 @@ def _flanks(
     Without a static force it is 1: positive torque on the stage's first gear.
     """
     forces = linear_mesh_forces(linear, parts, load) if np.any(load) else {}
-    names = (
-        name for stage in drivetrain.stages for family in families(stage) for name in family.names
-    )
+    names = (name for family in drivetrain.mesh_families for name in family.names)
     return {name: math.copysign(1.0, forces.get(name, 0.0)) for name in names}
 
 
 def _phases(
     drivetrain: Drivetrain, turns: Mapping[str, float], flanks: Mapping[str, float]
-) -> dict[str, MeshPhases]:
-    found: dict[str, MeshPhases] = {}
+) -> dict[str, float]:
+    """Mesh → phase, where any mesh of its stage varies."""
+    found: dict[str, float] = {}
     for stage in drivetrain.stages:
-        own = families(stage)
-        if isinstance(stage, PlanetaryStage) and any(family.varies for family in own):
-            # Positive w is counter-clockwise in the stage's frame.
-            turning_way = turns[f"{stage.name}.sun"] - turns[f"{stage.name}.carrier"]
-            pushes = flanks[own[0].names[0]]  # 1: the sun pushes counter-clockwise
-            found[stage.name] = mesh_phases(
-                stage, turning=turning_way, sun_drives=pushes * turning_way > 0.0
-            )
+        if any(family.varies for family in stage.mesh_families()):
+            found |= stage.mesh_phases(turns, flanks)
     return found
 
 
 def _laws(
     drivetrain: Drivetrain,
     frequencies: Mapping[str, float],
-    phases: Mapping[str, MeshPhases],
+    phases: Mapping[str, float],
     flanks: Mapping[str, float],
 ) -> dict[str, MeshLaw]:
-    found: dict[str, MeshLaw] = {}
-    for stage in drivetrain.stages:
-        for family in families(stage):
-            later = [0.0] * len(family.names)
-            if family.varies and stage.name in phases:
-                own = phases[stage.name]
-                later = list(own.sun if family.key == "sun_mesh" else own.ring)
-            for name, phase in zip(family.names, later, strict=True):
-                found[name] = MeshLaw(
-                    frequency=frequencies[stage.name] if family.varies else 0.0,
-                    phase=phase,
-                    stiffness=family.variation.waveform,
-                    transmission_error=family.error.waveform if family.error else CONSTANT,
-                    backlash=family.backlash,
-                    flank=flanks[name],
-                )
-    return found
+    return {
+        name: MeshLaw(
+            frequency=frequencies[family.stage] if family.varies else 0.0,
+            phase=phases.get(name, 0.0) if family.varies else 0.0,
+            stiffness=family.variation.waveform,
+            transmission_error=family.error.waveform if family.error else CONSTANT,
+            backlash=family.backlash,
+            flank=flanks[name],
+        )
+        for family in drivetrain.mesh_families
+        for name in family.names
+    }

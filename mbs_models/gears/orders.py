@@ -18,10 +18,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import ModelError
-from ..model.mesh_tables import TransmissionError
-from ..model.parameters import Drivetrain, ParallelStage, PlanetaryStage
+from ..model.parameters import Drivetrain
 from ..signals.waveforms import Waveform
-from ..system.components import Components, SpringKind
+from ..stages.part import Part
+from ..system.components import Components
 from .phasing import Phasing, phasing
 
 ROTATION = {1: 0, 3: 2, 6: 5}  # which of a body's coordinates turns about the shaft, by their count
@@ -131,53 +131,41 @@ def _shaft_orders(drivetrain: Drivetrain, ratio: Mapping[str, float]) -> Iterato
 def _mesh_orders(
     drivetrain: Drivetrain, parts: Components, ratio: Mapping[str, float]
 ) -> Iterator[Order]:
+    springs = {spring.name for spring in parts.springs}
     for stage in drivetrain.stages:
-        passed, rows = teeth_passed(stage, ratio), _mesh_rows(stage, parts)
+        passed = teeth_passed(stage, ratio)
+        rows = [tuple(n for n in family.names if n in springs) for family in stage.mesh_families()]
+        rows = [row for row in rows if row]
         if rows and passed > STANDS_STILL:
-            known = _phasing(stage)
-            phases = _planet_phases(stage) if known else (0.0,)
+            known, phases = _planet_set(stage)
             if not known:
-                rows = tuple((name,) for row in rows for name in row)
+                rows = [(name,) for row in rows for name in row]
             yield Order(
                 f"mesh {stage.name}",
                 passed,
                 mesh_harmonics(stage),
-                rows=rows,
+                rows=tuple(rows),
                 phases=phases,
                 phasing=known,
             )
 
 
-def _mesh_rows(
-    stage: ParallelStage | PlanetaryStage, parts: Components
-) -> tuple[tuple[str, ...], ...]:
-    """A stage's mesh springs by the gear that all of a row have in common."""
-    rows: dict[str, list[str]] = {}
-    for spring in parts.springs:
-        gear = spring.ends[0].body
-        if spring.kind is SpringKind.MESH and gear.partition(".")[0] == stage.name:
-            rows.setdefault(gear, []).append(spring.name)
-    return tuple(tuple(row) for row in rows.values())
+def _planet_set(stage: Part) -> tuple[tuple[Phasing, ...], tuple[float, ...]]:
+    """What each harmonic excites, and the phases of the planets' meshes; of any stage else (0,).
+
+    z_s ψ_n/2π of the sun's: the ring's −z_r ψ_n/2π are the same, (z_s + z_r) ψ_n/2π being whole.
+    """
+    for planets in stage.planet_sets():
+        try:
+            known = phasing(planets, HIGHEST_HARMONIC)
+        except ModelError:
+            continue  # planets that differ, or teeth missing: any family may be excited
+        (teeth, _), first = planets.teeth, planets.angles[0]
+        return known, tuple(teeth * (psi - first) / (2.0 * math.pi) for psi in planets.angles)
+    return (), (0.0,)
 
 
-def _phasing(stage: ParallelStage | PlanetaryStage) -> tuple[Phasing, ...]:
-    if not isinstance(stage, PlanetaryStage):
-        return ()
-    try:
-        return phasing(stage, HIGHEST_HARMONIC)
-    except ModelError:
-        return ()  # planets that differ, or teeth missing: any family may be excited
-
-
-def _planet_phases(stage: ParallelStage | PlanetaryStage) -> tuple[float, ...]:
-    """z_s ψ_n/2π: the ring's −z_r ψ_n/2π are the same, (z_s + z_r) ψ_n/2π being whole."""
-    assert isinstance(stage, PlanetaryStage)
-    assert stage.sun.teeth is not None
-    teeth, first = stage.sun.teeth, stage.angles[0]
-    return tuple(teeth * (angle - first) / (2.0 * math.pi) for angle in stage.angles)
-
-
-def mesh_harmonics(stage: ParallelStage | PlanetaryStage) -> tuple[int, ...]:
+def mesh_harmonics(stage: Part) -> tuple[int, ...]:
     """Harmonics of a stage's mesh frequency: the first three, and what its mesh laws have.
 
     A law has those of its first ten that are a hundredth of its largest or more.
@@ -190,27 +178,18 @@ def mesh_harmonics(stage: ParallelStage | PlanetaryStage) -> tuple[int, ...]:
     return tuple(sorted(found))
 
 
-def _mesh_laws(stage: ParallelStage | PlanetaryStage) -> Iterator[Waveform]:
+def _mesh_laws(stage: Part) -> Iterator[Waveform]:
     """Stiffness and transmission error over a mesh period."""
-    if isinstance(stage, ParallelStage):
-        yield stage.mesh_variation.waveform
-        errors: tuple[TransmissionError | None, ...] = (stage.mesh_transmission_error,)
-    else:
-        yield stage.sun_mesh_variation.waveform
-        yield stage.ring_mesh_variation.waveform
-        errors = (stage.sun_mesh_transmission_error, stage.ring_mesh_transmission_error)
-    yield from (error.waveform for error in errors if error is not None)
+    for family in stage.mesh_families():
+        yield family.variation.waveform
+        if family.error is not None:
+            yield family.error.waveform
 
 
-def teeth_passed(stage: ParallelStage | PlanetaryStage, ratio: Mapping[str, float]) -> float:
+def teeth_passed(stage: Part, ratio: Mapping[str, float]) -> float:
     """Teeth passed per turn of the input; 0 where no teeth are given."""
-    if isinstance(stage, ParallelStage):
-        gears = {"pinion": stage.pinion.teeth, "wheel": stage.wheel.teeth}
-        carrier = 0.0
-    else:
-        gears = {"sun": stage.sun.teeth, "ring": stage.ring.teeth, "planet1": stage.planet.teeth}
-        carrier = ratio[f"{stage.name}.carrier"]
-    for gear, teeth in gears.items():
-        if teeth is not None:
-            return teeth * abs(ratio[f"{stage.name}.{gear}"] - carrier)
+    carrier = next((ratio[planets.carrier] for planets in stage.planet_sets()), 0.0)
+    for member in stage.members():
+        if member.teeth is not None:
+            return member.teeth * abs(ratio[member.body] - carrier)
     return 0.0

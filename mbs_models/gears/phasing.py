@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from ..errors import ModelError
-from ..modal.mode_kinds import Kind
-from ..model.mesh_phasing import check_assembly, sun_and_ring_teeth
-from ..model.parameters import PlanetaryStage
+from ..stages.part import Kind
+from ..stages.planet_set import PlanetSet, check_assembly
 
 EQUALLY_SPACED = 1e-9  # rad
 
@@ -39,7 +38,7 @@ class Phasing:
         return tuple(kind for kind in families if kind is not self.excited)
 
 
-def phasing(stage: PlanetaryStage, harmonics: int = 5) -> tuple[Phasing, ...]:
+def phasing(planets: PlanetSet, harmonics: int = 5) -> tuple[Phasing, ...]:
     """What each harmonic of the mesh frequency excites; k = l z_s mod N.
 
     k = 0: rotational modes only; k = 1 or N − 1: translational only; else planet modes only
@@ -47,8 +46,8 @@ def phasing(stage: PlanetaryStage, harmonics: int = 5) -> tuple[Phasing, ...]:
 
     Parameters
     ----------
-    stage
-        With equally spaced planets, all their meshes alike.
+    planets
+        Equally spaced, all their meshes alike.
     harmonics
         How many harmonics, from l = 1.
 
@@ -57,10 +56,10 @@ def phasing(stage: PlanetaryStage, harmonics: int = 5) -> tuple[Phasing, ...]:
     ModelError
         Teeth are missing, the stage is not cyclically symmetric, or it cannot be assembled.
     """
-    z_s, _ = sun_and_ring_teeth(stage)
-    check_assembly(stage)
-    _check_symmetry(stage)
-    count = stage.planet_count
+    z_s, _ = planets.teeth
+    check_assembly(planets)
+    _check_symmetry(planets)
+    count = len(planets.planets)
     found = []
     for harmonic in range(1, harmonics + 1):
         number = harmonic * z_s % count
@@ -73,18 +72,17 @@ def phasing(stage: PlanetaryStage, harmonics: int = 5) -> tuple[Phasing, ...]:
     return tuple(found)
 
 
-def _check_symmetry(stage: PlanetaryStage) -> None:
-    angles = sorted(angle % (2.0 * math.pi) for angle in stage.angles)
+def _check_symmetry(planets: PlanetSet) -> None:
+    angles = sorted(angle % (2.0 * math.pi) for angle in planets.angles)
     pitch = 2.0 * math.pi / len(angles)
     steps = [b - a for a, b in pairwise(angles)]
     if any(abs(step - pitch) > EQUALLY_SPACED for step in steps):
         raise ModelError(
-            f"stage '{stage.name}': planet_angles are not equally spaced: tooth numbers alone do "
-            "not tell what a harmonic suppresses"
+            f"stage '{planets.stage}': planet_angles are not equally spaced: tooth numbers alone "
+            "do not tell what a harmonic suppresses"
         )
-    for meshes in (stage.sun_meshes, stage.ring_meshes):
-        if len(set(meshes)) > 1:
-            raise ModelError(
-                f"stage '{stage.name}': mesh stiffness differs from planet to planet: no harmonic "
-                "suppresses a family of modes exactly"
-            )
+    if not planets.meshes_alike:
+        raise ModelError(
+            f"stage '{planets.stage}': mesh stiffness differs from planet to planet: no harmonic "
+            "suppresses a family of modes exactly"
+        )

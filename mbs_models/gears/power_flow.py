@@ -13,8 +13,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from ..errors import ModelError
-from ..model.parameters import Drivetrain, PlanetaryStage
-from ..model.placement import facings, turning
+from ..model.parameters import Drivetrain
+from ..model.placement import turnings
 from ..system.components import Components, Spring, SpringKind
 from ..system.drivetrain import build_drivetrain
 from ..system.linearization import LinearizedSystem, linearize
@@ -87,15 +87,15 @@ def power_flow(drivetrain: Drivetrain, speed_rpm: float, torque: float | None) -
     if torque:
         load, output = preload(drivetrain, linear, parts, torque, operation.output)
         tensions = linear_mesh_forces(linear, parts, load)
-    facing = facings(drivetrain)
-    way = turning(facing, operation.input) * math.copysign(1.0, speed_rpm)
+    turns = turnings(drivetrain)
+    way = turns[operation.input] * math.copysign(1.0, speed_rpm)
     speeds = {
-        body: speed * 60.0 / (2.0 * math.pi) * turning(facing, body) * way
+        body: speed * 60.0 / (2.0 * math.pi) * turns[body] * way
         for body, speed in point.speeds.items()
     }
     torques = _torques(drivetrain, linear, parts, tensions)
     if torque:
-        torques |= _at_the_ends(drivetrain, speeds, torque, output)
+        torques = _at_the_ends(drivetrain, speeds, torque, output) | torques
     return PowerFlow(
         input=operation.input,
         output=output,
@@ -125,17 +125,17 @@ def _torques(
     """What the meshes of its stage exert on each body (N m)."""
     if not tensions:
         return {}
-    members = [f"{stage.name}.{body}" for stage in drivetrain.stages for body in stage.bodies]
-    found = dict.fromkeys(members, 0.0)
+    families = drivetrain.mesh_families
+    toothed = {body for family in families for body in (family.gear, *family.others)}
+    found = {body: 0.0 for body in drivetrain.bodies if body in toothed}
     for spring in parts.springs:
         if spring.kind is SpringKind.MESH:
             for body in (end.body for end in spring.ends if end.body in found):
                 arm = drivetrain.radius(body) * _along_w(linear, spring, body)
                 found[body] += tensions[spring.name] * arm
     for stage in drivetrain.stages:
-        if isinstance(stage, PlanetaryStage):
-            of_gears = found[f"{stage.name}.sun"] + found[f"{stage.name}.ring"]
-            found[f"{stage.name}.carrier"] = -of_gears
+        for planets in stage.planet_sets():
+            found[planets.carrier] = -(found[planets.sun] + found[planets.ring])
     return {body: abs(moment) for body, moment in found.items()}
 
 
@@ -149,11 +149,10 @@ def _along_w(linear: LinearizedSystem, spring: Spring, body: str) -> float:
 def _at_the_ends(
     drivetrain: Drivetrain, speeds: Mapping[str, float], torque: float, output: str | None
 ) -> dict[str, float]:
-    """Torques at inertias where power enters and leaves: T_out = T_in |Ω_in/Ω_out|."""
+    """Torques where power enters and leaves: T_out = T_in |Ω_in/Ω_out|."""
     assert drivetrain.operation is not None
     driven = drivetrain.operation.input
     at = {driven: abs(torque)}
     if output is not None:
         at[output] = abs(torque * speeds[driven] / speeds[output])
-    inertias = {rotor.name for rotor in drivetrain.inertias}
-    return {body: moment for body, moment in at.items() if body in inertias}
+    return at

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from ..model.parameters import Drivetrain, Inertia, Part
+from ..model.parameters import Drivetrain
+from ..stages.part import Part
 from ..system.components import Components
 from ..system.linearization import LinearizedSystem
 from .orders import STANDS_STILL, free_motions, speeds
@@ -130,5 +131,5 @@ def _other_end(drivetrain: Drivetrain, parts: Components) -> str:
 
 
 def _joints_of_an_end(part: Part) -> int:
-    """How many couplings a body may have where the drivetrain ends: an inertia hangs on one."""
-    return 1 if isinstance(part, Inertia) else 0
+    """How many couplings a body may have where the drivetrain ends: a lone one hangs on one."""
+    return 1 if len(part.bodies) == 1 else 0

@@ -51,31 +51,6 @@ class Sideband:
         return abs(self.phasor)
 
 
-def fixed_sensor(
-    u: FloatArray,
-    v: FloatArray,
-    time: FloatArray,
-    carrier_frequency: float,
-    sensor_angle: float = 0.0,
-) -> FloatArray:
-    """x = u cos(θ − ψ) − v sin(θ − ψ): motion along the fixed direction ψ, θ = 2π f_c t.
-
-    Parameters
-    ----------
-    u, v
-        (n,) motion of the ring (or of any central member) in the carrier's frame. Of velocities
-        and accelerations it leaves out the frame's own rotation, of the order f_c/f_m.
-    time
-        (n,) s.
-    carrier_frequency
-        Turns of the carrier per second relative to the sensor, counter-clockwise.
-    sensor_angle
-        ψ (rad) at which the sensor stands, from the first axis at t = 0.
-    """
-    turned = 2.0 * np.pi * carrier_frequency * time - sensor_angle
-    return np.asarray(u * np.cos(turned) - v * np.sin(turned))
-
-
 def passing_window(planets: int, harmonics: int) -> FloatArray:
     """W_m of W(ψ) = Σ_m W_m cos mψ = ½(1 + cos Nψ) for |ψ| < π/N, else 0.
 

@@ -12,15 +12,16 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..model.parameters import Coupling, Drivetrain, ParallelStage, PlanetaryStage
-from ..model.placement import facings, translation_ends, turning
+from ..model.parameters import Drivetrain
+from ..model.placement import hub_ratios, translation_ends
 from ..representation import MOST, counted, html_table
+from ..stages.part import Kind as Kind
+from ..stages.planet_set import PlanetSet
 
 Shapes = NDArray[Any]  # real or complex
 
@@ -35,18 +36,6 @@ FAMILY_SHARE = 1.0 - 1e-6
 REPEATED = 1e-6
 
 FAMILIES = ("rotational", "translational", "planet")
-
-
-class Kind(StrEnum):
-    """The kinds of modes."""
-
-    RIGID_BODY = "rigid-body"
-    ROTATIONAL = "rotational"
-    TRANSLATIONAL = "translational"
-    PLANET = "planet"
-    PARALLEL_STAGE = "parallel stage"
-    GLOBAL = "global"
-    MIXED = "mixed"
 
 
 @dataclass(frozen=True)
@@ -167,49 +156,33 @@ def frequency_and_ratio(
 
 def label_inertias(drivetrain: Drivetrain) -> dict[str, float]:
     """Inertia (kg) that moves with each label."""
-    inertias = {f"{rotor.name}.w": rotor.rotary_mass for rotor in drivetrain.inertias}
-    for stage in drivetrain.stages:
-        if isinstance(stage, ParallelStage):
-            for name, gear in (("pinion", stage.pinion), ("wheel", stage.wheel)):
-                at = f"{stage.name}.{name}"
-                inertias[f"{at}.w"] = gear.rotary_mass(gear.base_radius)
-                inertias[f"{at}.y"] = inertias[f"{at}.z"] = gear.mass
-                inertias[f"{at}.rho"] = gear.rocking_mass
-        else:
-            members = [(n, getattr(stage, n), stage.radius(n)) for n in stage.bodies]
-            planets = [
-                (f"planet{p}", stage.planet, stage.planet.base_radius)
-                for p in range(1, stage.planet_count + 1)
-            ]
-            for name, body, radius in members + planets:
-                at = f"{stage.name}.{name}"
-                inertias[f"{at}.u"] = inertias[f"{at}.v"] = body.mass
-                inertias[f"{at}.w"] = body.rotary_mass(radius)
-    for coupling in drivetrain.couplings:
-        inertias[f"{coupling.name}.w"] = coupling.hub_mass
-    return inertias
+    inertias: dict[str, float] = {}
+    for part in (*drivetrain.inertias, *drivetrain.stages):
+        for member in part.members():
+            inertias |= member.label_inertias
+    return inertias | {f"{c.name}.w": c.hub_mass for c in drivetrain.couplings}
 
 
-def family_bases(stage: PlanetaryStage) -> dict[str, tuple[tuple[str, ...], NDArray[np.float64]]]:
-    """Orthonormal bases of the rotational and translational families of a stage.
+def family_bases(planets: PlanetSet) -> dict[str, tuple[tuple[str, ...], NDArray[np.float64]]]:
+    """Orthonormal bases of the rotational and translational families of a set of planets.
 
     Returns, by family, labels and a basis (n_labels, n_vectors); since all planets are alike, what
     is orthogonal to both is the planet family.
     """
-    phi = np.array(stage.angles)
+    phi = np.array(planets.angles)
     patterns = {
         "rotational": [np.ones_like(phi)],
         "translational": [np.cos(phi), np.sin(phi)],
     }
     members = {"rotational": ("w",), "translational": ("u", "v")}
-    planets = [f"{stage.name}.planet{p}" for p in range(1, len(phi) + 1)]
+    axial = (planets.sun, planets.ring, planets.carrier)
     taken = np.zeros((len(phi), 0))
     bases: dict[str, tuple[tuple[str, ...], NDArray[np.float64]]] = {}
     for family, waves in patterns.items():
         independent = _orthonormal(np.column_stack(waves), taken)
         taken = np.column_stack([taken, independent])
-        central = [f"{stage.name}.{m}.{d}" for m in stage.bodies for d in members[family]]
-        labels = (*central, *(f"{p}.{d}" for d in "uvw" for p in planets))
+        central = [f"{body}.{dof}" for body in axial for dof in members[family]]
+        labels = (*central, *(f"{p}.{d}" for d in "uvw" for p in planets.planets))
         blocks = np.kron(np.eye(3), independent)
         basis = np.zeros((len(labels), len(central) + blocks.shape[1]))
         basis[: len(central), : len(central)] = np.eye(len(central))
@@ -301,8 +274,8 @@ def _kind(drivetrain: Drivetrain, shares: EnergyShares, *, rigid: bool) -> Kind:
     for stage in drivetrain.stages:
         if min(shares.kinetic[stage.name], shares.strain[stage.name]) < STAGE_SHARE:
             continue
-        if isinstance(stage, ParallelStage):
-            return Kind.PARALLEL_STAGE
+        if not stage.planet_sets():
+            return stage.mode_kind
         for family in FAMILIES:
             if shares.families[family] >= FAMILY_SHARE * sum(shares.families.values()):
                 return Kind(family)
@@ -320,15 +293,15 @@ class _Energies:
         stage_stiffness: Mapping[str, StageStiffness],
     ) -> None:
         self.drivetrain = drivetrain
-        self.facing = facings(drivetrain)
+        self.ratios = hub_ratios(drivetrain)
         self.labels = labels
         inertias = label_inertias(drivetrain)
         self.root_mass = np.sqrt([inertias[label] for label in labels])
         self.stage_stiffness = stage_stiffness
         self.families = {
-            stage.name: family_bases(stage)
+            stage.name: family_bases(planets)
             for stage in drivetrain.stages
-            if isinstance(stage, PlanetaryStage)
+            for planets in stage.planet_sets()
         }
 
     def _rows(self, labels: Sequence[str]) -> list[int]:
@@ -341,7 +314,7 @@ class _Energies:
         """Mass-weighted components of shapes by (stage or coupling, family or '')."""
         weighted = self.root_mass[:, None] * shapes
         parts: dict[tuple[str, str], Shapes] = {}
-        for item in (*self.drivetrain.parts, *self.drivetrain.couplings):
+        for item in self.drivetrain.items:
             rest = weighted[self._of_part(item.name)]
             for family, (labels, basis) in self.families.get(item.name, {}).items():
                 inside = weighted[self._rows(labels)]
@@ -378,7 +351,7 @@ class _Energies:
         parts = self.kinetic_parts(shape[:, None])
         energy = {key: float(np.sum(np.abs(part) ** 2)) for key, part in parts.items()}
         total = sum(energy.values())
-        items = [item.name for item in (*self.drivetrain.parts, *self.drivetrain.couplings)]
+        items = [item.name for item in self.drivetrain.items]
         kinetic = {
             item: sum(e for (name, _), e in energy.items() if name == item) / total
             for item in items
@@ -397,11 +370,11 @@ class _Energies:
             own = self.stage_stiffness[part.name]
             q = shape[self._rows(own.labels)]
             strain[part.name] = max(float(np.real(q.conj() @ own.stiffness @ q)), 0.0)
-        value = dict(zip(self.labels, shape, strict=True))
+        value, ratios = dict(zip(self.labels, shape, strict=True)), self.ratios
         for coupling in self.drivetrain.couplings:
             hub = value[f"{coupling.name}.w"]
             strain[coupling.name] = sum(
-                float(stiffness * abs(self._at_hub(coupling, body) * value[f"{body}.w"] - hub) ** 2)
+                float(stiffness * abs(ratios[coupling.name, body] * value[f"{body}.w"] - hub) ** 2)
                 for body, stiffness in coupling.ends
                 if not isinstance(stiffness, str)
             )
@@ -412,8 +385,3 @@ class _Energies:
                     strain[coupling.name] += float(spring.stiffness * abs(stretch) ** 2)
         total = sum(strain.values())
         return {item: energy / total for item, energy in strain.items()}
-
-    def _at_hub(self, coupling: Coupling, body: str) -> float:
-        """w at the hub's radius per w at the body's."""
-        alike = turning(self.facing, coupling.first) * turning(self.facing, body)
-        return alike * coupling.radius / self.drivetrain.radius(body)

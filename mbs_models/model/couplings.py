@@ -2,22 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
-from .bodies import Damper, HubInertia, HubMass, Name, Radius, Stiffness, Table
-
-# Directions that all frames of coaxial bodies share, and what the two kinds of stage call a
-# translation along them: the planetary stage's u is along the parallel stage's line of action.
-DIRECTIONS: Mapping[str, str] = {
-    "u": "first transverse",
-    "y": "first transverse",
-    "v": "second transverse",
-    "x": "second transverse",
-    "z": "axial",
-}
+from ..stages.bodies import Damper, HubInertia, HubMass, Name, Radius, Stiffness, Table
+from ..stages.geometry import DIRECTIONS
+from ..stages.given_springs import GivenSpring, shaft_spring
 
 
 class Translation(Table):
@@ -85,6 +77,11 @@ class Coupling(Table):
         return 0.0 in (self.inertia, self.inertia_over_r2)
 
     @property
+    def bodies(self) -> tuple[str, str]:
+        """The two bodies."""
+        return self.first, self.second
+
+    @property
     def ends(self) -> tuple[tuple[str, float | Literal["rigid"]], ...]:
         """The two ends as (body, stiffness)."""
         return ((self.first, self.first_stiffness), (self.second, self.second_stiffness))
@@ -93,3 +90,10 @@ class Coupling(Table):
     def transmits(self) -> bool:
         """Whether both ends hold the hub, so that torque passes."""
         return self.first_stiffness != 0.0 and self.second_stiffness != 0.0
+
+    def given_springs(self) -> Iterator[GivenSpring]:
+        """Its two springs with their keys, where they are no rigid ends."""
+        for key in ("first_stiffness", "second_stiffness"):
+            value = getattr(self, key)
+            if not isinstance(value, str):
+                yield shaft_spring(key, value)

@@ -10,7 +10,6 @@ from typing import Generic, TypeVar
 
 from ..errors import ModelError
 from ..signals.lines import BandNoise, Signal, own_seeds
-from .dof_radii import dof_radii
 from .excitation_tables import ExcitationTable, MultisineTable, Setting, require_dof
 from .parameters import Drivetrain
 
@@ -44,7 +43,7 @@ def excitation_of(
         The drivetrain has no such DoF, a record cannot be read, or a multisine's period is longer
         than the record.
     """
-    radii = dof_radii(drivetrain)
+    radii = drivetrain.dof_radii()
     try:
         require_dof("", table.dof, radii)
         signal: Signal = table.signal(radii[table.dof], setting or Setting())

@@ -24,7 +24,7 @@ from ..signals.lines import (
 )
 from ..signals.sampled import read_sampled
 from ..signals.sines import HalfSine, SteppedSine, Sweep, stepped_sine
-from .bodies import Angle, Table, physical
+from ..stages.bodies import Angle, Table, physical
 
 MOST_STEPS = 100_000  # of a stepped sine
 

@@ -2,75 +2,59 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Iterator, Mapping
 
-if TYPE_CHECKING:
-    from .parameters import Coupling, Drivetrain
+from ..stages.part import Member
+from .couplings import Coupling
 
-# Sign of the counter-clockwise rotation (in the part's own frame) that counts as positive w: a
-# parallel stage's pinion and wheel turn against each other.
-SENSE = {"wheel": -1.0}
-
-Joined = Mapping[str, Sequence[tuple[str, str]]]
+Step = tuple[Coupling | None, str, str]
 
 
-def sense(body: str) -> float:
-    """Sign of positive w of a body against counter-clockwise rotation in its part's frame."""
-    return SENSE.get(body.partition(".")[2], 1.0)
+def walk(parts: Iterable[str], couplings: Iterable[Coupling]) -> Iterator[Step]:
+    """(coupling, body here, body there) along the train, branch by branch, every coupling once.
 
-
-def joined(names: Iterable[str], couplings: Iterable[Coupling]) -> Joined:
-    """Part → (own body, other body) of each of its couplings, in their order."""
-    found: dict[str, list[tuple[str, str]]] = {name: [] for name in names}
-    for coupling in couplings:
-        first, second = coupling.first, coupling.second
-        found[first.partition(".")[0]].append((first, second))
-        found[second.partition(".")[0]].append((second, first))
-    return found
-
-
-def groups(joints: Joined) -> list[list[str]]:
-    """Parts that are joined, each group in the order of `walk`."""
-    found: list[list[str]] = []
-    for here, there in walk(joints):
-        if not here:
-            found.append([])
-        found[-1].append(there.partition(".")[0])
-    return found
-
-
-def walk(joints: Joined) -> Iterator[tuple[str, str]]:
-    """Every part once, depth first: (body it is reached from, "" for none; its own body or name).
-
-    Time and memory are linear in parts and couplings.
+    Each group begins with (None, "", name of the first of its ``parts``). Time and memory are
+    linear in parts and couplings.
     """
-    reached: set[str] = set()
-    for name in joints:
-        if name in reached:
-            continue
-        reached.add(name)
-        yield "", name
-        waiting = [iter(joints[name])]
+    joined: dict[str, list[Step]] = {name: [] for name in parts}
+    for coupling in couplings:
+        for here, there in (coupling.bodies, coupling.bodies[::-1]):
+            joined[here.partition(".")[0]].append((coupling, here, there))
+    reached, passed = set[str](), set[str]()
+    for first in joined:
+        waiting: list[Step] = [] if first in reached else [(None, "", first)]
         while waiting:
-            here, there = next(waiting[-1], ("", ""))
-            part = there.partition(".")[0]
-            if not there:
-                waiting.pop()
-            elif part not in reached:
-                reached.add(part)
-                yield here, there
-                waiting.append(iter(joints[part]))
+            over, here, there = waiting.pop()
+            if over is not None and over.name in passed:
+                continue
+            passed.add(over.name if over else "")
+            yield over, here, there
+            name = there.partition(".")[0]
+            if name not in reached:
+                reached.add(name)
+                waiting += reversed(joined[name])
 
 
-def facings(drivetrain: Drivetrain) -> dict[str, float]:
+def groups(parts: Iterable[str], couplings: Iterable[Coupling]) -> tuple[frozenset[str], ...]:
+    """Parts that are joined, as sets of names."""
+    found: list[set[str]] = []
+    for over, _, there in walk(parts, couplings):
+        if over is None:
+            found.append(set())
+        found[-1].add(there.partition(".")[0])
+    return tuple(map(frozenset, found))
+
+
+def facings(steps: Iterable[Step], members: Mapping[str, Member]) -> dict[str, float]:
     """Side each part is seen from (±1), so that coupled bodies turn the same way.
 
     Parts are taken in order; a coupling that closes a loop and cannot be satisfied (three external
-    gears in a ring) turns its second body against w: `placement.turning` says so.
+    gears in a ring) turns its second body against w: `placement.turnings` says so.
     """
     found: dict[str, float] = {}
-    for here, there in walk(drivetrain.joined):
-        before = found[here.partition(".")[0]] * sense(here) * sense(there) if here else 1.0
-        found[there.partition(".")[0]] = before
+    for _, here, there in steps:
+        side = 1.0
+        if here:
+            side = found[here.partition(".")[0]] * members[here].sense * members[there].sense
+        found.setdefault(there.partition(".")[0], side)
     return found

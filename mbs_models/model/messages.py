@@ -14,7 +14,7 @@ from typing import Any
 
 from pydantic_core import ErrorDetails
 
-from .parameters import Drivetrain
+from .parameters import Drivetrain, Part, stage_types
 from .toml_text import bare, inline
 
 Schema = Mapping[str, Any]
@@ -201,8 +201,12 @@ def _short(text: str) -> str:
 # What the schema allows
 
 
-@cache
 def _drivetrain_schema() -> Schema:
+    return _schema_with(stage_types())
+
+
+@cache
+def _schema_with(_: tuple[type[Part], ...]) -> Schema:
     return Drivetrain.model_json_schema(by_alias=True)
 
 

@@ -6,7 +6,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from .bodies import Table, physical
+from ..stages.bodies import Table, physical
 
 SPEEDS, TORQUES = (1e-6, 1e6), (1e-9, 1e12)  # rpm, N m: what is physical but 0
 OF_SPEED, OF_TORQUE = physical(*SPEEDS, "rpm"), physical(*TORQUES, "N m")

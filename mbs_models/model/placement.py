@@ -8,62 +8,60 @@ translations of coupled bodies are then along common axes.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-
 import numpy as np
 
-from .couplings import DIRECTIONS, Coupling
-from .gear_geometry import Vector
-from .graph import sense
-from .parameters import Drivetrain, ParallelStage
+from ..stages.geometry import DIRECTIONS, Frame, Vector
+from ..stages.part import Part
+from .couplings import Coupling
+from .graph import walk
+from .parameters import Drivetrain
 
 
-@dataclass(frozen=True)
-class Frame:
-    """Origin (m, global) and axes (3 × 3, columns in global coordinates) of a part.
+def place_parts(drivetrain: Drivetrain) -> dict[str, Frame]:
+    """Where each part stands, starting from the first: coupled bodies coaxial, turning alike."""
+    members = drivetrain.members
+    frames: dict[str, Frame] = {}
+    for _, here, there in walk(drivetrain.facing, drivetrain.couplings):
+        name = there.partition(".")[0]
+        if name in frames:
+            continue  # closes a loop
+        axes = axes_facing(drivetrain.part(name), drivetrain.facing[name])
+        frames[name] = Frame(axes=axes)
+        if here:
+            axis = frames[here.partition(".")[0]].point(members[here].centre)
+            frames[name] = Frame(axis - axes @ members[there].centre, axes)
+    return frames
 
-    The third axis is the global z axis, up to the sign ``facing``.
+
+def turnings(drivetrain: Drivetrain) -> dict[str, float]:
+    """Sign of positive w of every body against global counter-clockwise rotation."""
+    return {
+        body: drivetrain.facing[body.partition(".")[0]] * member.sense
+        for body, member in drivetrain.members.items()
+    }
+
+
+def hub_ratios(drivetrain: Drivetrain) -> dict[tuple[str, str], float]:
+    """(coupling, body at an end of it) → w of its hub where that turns as the body, per w of it.
+
+    r_hub/r_body; negative only in a loop that no orientation of its parts can satisfy.
     """
-
-    origin: Vector = field(default_factory=lambda: np.zeros(3))
-    axes: Vector = field(default_factory=lambda: np.eye(3))
-
-    @property
-    def facing(self) -> float:
-        """+1, or −1 for a part seen from behind."""
-        return float(self.axes[2, 2])
-
-    def direction(self, vector: Vector) -> Vector:
-        """A vector of the part's frame in global coordinates."""
-        return self.axes @ vector
-
-    def point(self, position: Vector) -> Vector:
-        """A point of the part's frame in global coordinates."""
-        return self.origin + self.direction(position)
+    turning, members = turnings(drivetrain), drivetrain.members
+    return {
+        (coupling.name, body): turning[coupling.first]
+        * turning[body]
+        * (coupling.radius / members[body].radius)
+        for coupling in drivetrain.couplings
+        for body in coupling.bodies
+    }
 
 
-def axes_facing(part: object, facing: float) -> Vector:
+def axes_facing(part: Part, facing: float) -> Vector:
     """Axes of a part whose first transverse direction is the global y axis."""
     y, z = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, facing])
-    if isinstance(part, ParallelStage):
-        return np.column_stack([np.cross(y, z), y, z])
-    return np.column_stack([y, np.cross(z, y), z])
-
-
-def facings(drivetrain: Drivetrain) -> Mapping[str, float]:
-    """Side each part is seen from (±1), so that coupled bodies turn the same way."""
-    return drivetrain.facing
-
-
-def neighbours(drivetrain: Drivetrain, name: str) -> Sequence[tuple[str, str]]:
-    """(own body, other body) of every coupling of a part."""
-    return drivetrain.joined[name]
-
-
-def turning(facing: Mapping[str, float], body: str) -> float:
-    """Sign of positive w of a body against global counter-clockwise rotation."""
-    return facing[body.partition(".")[0]] * sense(body)
+    if DIRECTIONS[part.axes[0]] == DIRECTIONS["y"]:
+        return np.column_stack([y, np.cross(z, y), z])
+    return np.column_stack([np.cross(y, z), y, z])
 
 
 def rigid_end(coupling: Coupling) -> tuple[str, float | str]:
@@ -80,11 +78,9 @@ def translation_ends(
     """
     direction = DIRECTIONS[dof]
     first, second = (
-        f"{body}.{drivetrain.translations(body)[direction]}"
-        for body in (coupling.first, coupling.second)
+        f"{body}.{drivetrain.member(body).translations[direction]}" for body in coupling.bodies
     )
     if direction == DIRECTIONS["u"]:
         return first, second, 1.0
-    facing = facings(drivetrain)
-    sides = [facing[body.partition(".")[0]] for body in (coupling.first, coupling.second)]
+    sides = [drivetrain.facing[body.partition(".")[0]] for body in coupling.bodies]
     return first, second, sides[0] * sides[1]

@@ -13,11 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..gears.orders import STANDS_STILL, free_motions, speeds
-from ..model.parameters import Drivetrain, ParallelStage, PlanetaryStage
+from ..model.parameters import Drivetrain
+from ..stages.given_springs import SpringKind
+from ..stages.part import Part, Role
 from ..system.components import Components
 from .finding import Finding
-from .quantities import SpringKind, stiffnesses
-from .stiffness_ranges import RANGES
+from .stiffnesses import RANGES
 
 FloatArray = NDArray[np.float64]
 
@@ -83,7 +84,7 @@ def _without_bearing(
         if np.linalg.norm(row) > MOVES and not label.endswith(".w")
     }
     for part in drivetrain.stages:
-        for spring in stiffnesses(part):
+        for spring in part.given_springs():
             free_dofs = [dof for dof in spring.holds if f"{part.name}.{dof}" in moves]
             if spring.value == 0.0 and free_dofs:
                 low, high = RANGES[spring.kind]
@@ -102,12 +103,7 @@ def _differentials(
     stages = [stage for stage in drivetrain.stages if stage.name in group]
     if any(_lacks_a_mesh(stage) for stage in stages):
         return  # that is the finding
-    found = [
-        finding
-        for stage in stages
-        if isinstance(stage, PlanetaryStage)
-        for finding in _loose_members(drivetrain, stage)
-    ]
+    found = [finding for stage in stages for finding in _loose_members(drivetrain, stage)]
     yield from found
     if not found:
         names = ", ".join(sorted(group))
@@ -115,36 +111,37 @@ def _differentials(
         yield Finding(names, "free rotations", str(count), reason)
 
 
-def _lacks_a_mesh(stage: ParallelStage | PlanetaryStage) -> bool:
+def _lacks_a_mesh(stage: Part) -> bool:
     return any(
-        spring.kind is SpringKind.MESH and spring.value == 0.0 for spring in stiffnesses(stage)
+        spring.kind is SpringKind.MESH and spring.value == 0.0 for spring in stage.given_springs()
     )
 
 
-def _loose_members(drivetrain: Drivetrain, stage: PlanetaryStage) -> Iterator[Finding]:
+def _loose_members(drivetrain: Drivetrain, stage: Part) -> Iterator[Finding]:
     """Members that turn freely and carry no torque; the ring first, which is held as a rule."""
     operation = drivetrain.operation
     taken: set[str | None] = {operation.input, operation.output} if operation else set()
     for coupling in drivetrain.couplings:
         if coupling.transmits:
             taken |= {coupling.first, coupling.second}
-    loose = [
-        member
-        for member in ("ring", "carrier", "sun")
-        if f"{stage.name}.{member}" not in taken
-        and getattr(stage, member).torsional_support_at(stage.radius(member)) == 0.0
-    ]
+    loose = {
+        body: spring
+        for spring in stage.given_springs()
+        for body in (dof.removesuffix(".w") for dof in spring.holds)
+        if spring.kind is SpringKind.TORSION
+        and spring.value == 0.0
+        and f"{stage.name}.{body}" not in taken
+    }
     if loose:
-        first, *others = loose
-        rotary = getattr(stage, first).torsional_stiffness is not None
-        key, unit = ("torsional_stiffness", "N m/rad") if rotary else ("torsional_support", "N/m")
+        first, *others = sorted(loose, key=lambda body: (body != Role.RING, body))
         too = f" ({' and '.join(others)} too)" if others else ""
-        low, high = RANGES[SpringKind.SUPPORT]
+        low, high = RANGES[SpringKind.TORSION]
         reason = (
             f"the {first} turns freely{too}: no torque passes through the stage; expected it held "
             f"({low:.1e} to {high:.1e} N/m at its radius) or coupled"
         )
-        yield Finding(stage.name, f"{first}.{key}", f"0 {unit}", reason)
+        unit = "N m/rad" if loose[first].key.endswith("stiffness") else "N/m"
+        yield Finding(stage.name, loose[first].key, f"0 {unit}", reason)
 
 
 def _that_turn(drivetrain: Drivetrain, parts: Components) -> str:

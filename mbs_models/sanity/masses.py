@@ -9,10 +9,56 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from enum import Enum
 
-from ..model.parameters import Coupling, Part
+from ..stages.bodies import Body, ParallelGear
+from ..stages.part import Member, Part, Role
 from .finding import Finding
-from .quantities import BodyKind, MomentOfInertia, Solid, solids
+
+
+class BodyKind(Enum):
+    """What shape a body has."""
+
+    GEAR = "a gear"
+    RING = "a ring"
+    CARRIER = "a carrier"
+
+
+SHAPES = {Role.RING: BodyKind.RING, Role.CARRIER: BodyKind.CARRIER}  # all others are gears
+
+
+@dataclass(frozen=True)
+class MomentOfInertia:
+    """An inertia I of a body: its key, the file's value, and I/r² (kg)."""
+
+    key: str
+    given: float
+    over_r2: float
+
+    @property
+    def twin(self) -> str:
+        """The key of the other form."""
+        suffix = "_over_r2"
+        return self.key.removesuffix(suffix) if self.is_reduced else f"{self.key}{suffix}"
+
+    @property
+    def is_reduced(self) -> bool:
+        """Whether the file gives I/r²."""
+        return self.key.endswith("_over_r2")
+
+
+@dataclass(frozen=True)
+class Solid:
+    """A body with a mass (kg) and a radius (m): what its inertias can be."""
+
+    name: str
+    kind: BodyKind
+    mass: float
+    radius: float
+    polar: MomentOfInertia
+    diametral: MomentOfInertia | None = None
+
 
 STEEL = 7850.0  # kg/m³
 # Face width over radius of a full steel disc of that mass. Wheels are 0.05 wide and may be webbed
@@ -30,7 +76,28 @@ INERTIA_RANGES: Mapping[BodyKind, tuple[float, float]] = {
 THIN_DISC = 0.99
 
 
-def masses_fit_radii(part: Part | Coupling) -> Iterator[Finding]:
+def solids(part: Part) -> Iterator[Solid]:
+    """The bodies that have mass and radius, each table of the file once."""
+    members = {member.table: member for member in part.members() if member.table}
+    for name, member in members.items():
+        yield _solid(name, getattr(part, name), member)
+
+
+def _solid(name: str, body: Body, member: Member) -> Solid:
+    kind = SHAPES.get(member.role, BodyKind.GEAR)
+    polar = _inertia(name, body, "polar_inertia", body.rotary_mass(member.radius))
+    diametral = None
+    if isinstance(body, ParallelGear):
+        diametral = _inertia(name, body, "diametral_inertia", body.rocking_mass)
+    return Solid(name, kind, body.mass, member.radius, polar, diametral)
+
+
+def _inertia(name: str, body: Body, key: str, over_r2: float) -> MomentOfInertia:
+    written = next(k for k in (key, f"{key}_over_r2") if getattr(body, k) is not None)
+    return MomentOfInertia(f"{name}.{written}", getattr(body, written), over_r2)
+
+
+def masses_fit_radii(part: Part) -> Iterator[Finding]:
     """Masses that no disc of the body's radius has, however thick it is."""
     for body in solids(part):
         if not _mass_fits(body):
@@ -42,7 +109,7 @@ def masses_fit_radii(part: Part | Coupling) -> Iterator[Finding]:
             yield Finding(part.name, f"{body.name}.mass", f"{body.mass:g} kg", reason)
 
 
-def inertias_fit_masses(part: Part | Coupling) -> Iterator[Finding]:
+def inertias_fit_masses(part: Part) -> Iterator[Finding]:
     """Polar inertias outside the range of their mass and radius.
 
     kg m² under a key for I/r², or the other way round, is off by r².
@@ -59,7 +126,7 @@ def inertias_fit_masses(part: Part | Coupling) -> Iterator[Finding]:
             )
 
 
-def diametral_inertias_fit_polar(part: Part | Coupling) -> Iterator[Finding]:
+def diametral_inertias_fit_polar(part: Part) -> Iterator[Finding]:
     """I_d ≥ I_p/2, which holds for every body, and I_d of a bar a hundred times as slender."""
     for body in solids(part):
         if body.diametral is None or not (_mass_fits(body) and _polar_fits(body)):

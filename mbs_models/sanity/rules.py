@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from typing import TypeVar
 
 from ..model.parameters import Coupling, Drivetrain, Part
 from .finding import Finding
 from .masses import diametral_inertias_fit_polar, inertias_fit_masses, masses_fit_radii
-from .neighbours import off_their_neighbours
-from .stiffness_ranges import stiffnesses_in_range
-from .tooth_rules import ring_closes, teeth_fit_radii
+from .stiffnesses import off_their_neighbours, stiffnesses_in_range
+from .teeth import ring_closes, teeth_fit_radii
 from .units import (
     gaps_and_errors_in_metres,
     helix_angles_in_degrees,
@@ -17,12 +17,12 @@ from .units import (
     pressure_angles_in_degrees,
 )
 
-Rule = Callable[[Part | Coupling], Iterable[Finding]]
+T = TypeVar("T", bound=Part | Coupling)
 
 # Masses, inertias, teeth and mesh stiffness are judged by the radii: nothing is said of them where
 # a radius is wrong itself.
-LENGTHS: tuple[Rule, ...] = (lengths_in_metres,)
-RULES: tuple[Rule, ...] = (
+OF_ANY = (stiffnesses_in_range, off_their_neighbours)
+OF_PARTS: tuple[Callable[[Part], Iterable[Finding]], ...] = (
     gaps_and_errors_in_metres,
     pressure_angles_in_degrees,
     helix_angles_in_degrees,
@@ -31,23 +31,21 @@ RULES: tuple[Rule, ...] = (
     masses_fit_radii,
     inertias_fit_masses,
     diametral_inertias_fit_polar,
-    stiffnesses_in_range,
-    off_their_neighbours,
+    *OF_ANY,
 )
 
 
 def findings(drivetrain: Drivetrain) -> tuple[Finding, ...]:
     """What is probably typed wrong, part by part; of every value what the first rule says."""
-    parts = (*drivetrain.parts, *drivetrain.couplings)
-    return tuple(finding for part in parts for finding in _of_part(part))
+    return (
+        *(finding for part in drivetrain.parts for finding in _of(part, OF_PARTS)),
+        *(finding for coupling in drivetrain.couplings for finding in _of(coupling, OF_ANY)),
+    )
 
 
-def _of_part(part: Part | Coupling) -> tuple[Finding, ...]:
+def _of(item: T, rules: Iterable[Callable[[T], Iterable[Finding]]]) -> tuple[Finding, ...]:
     said: dict[tuple[str, str], Finding] = {}
-    for rules in (LENGTHS, RULES):
-        for rule in rules:
-            for finding in rule(part):
-                said.setdefault(finding.place, finding)
-        if said:
-            break
+    found = list(lengths_in_metres(item)) or (f for rule in rules for f in rule(item))
+    for finding in found:
+        said.setdefault(finding.place, finding)
     return tuple(said.values())

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import Any
 
 from ..model.parameters import Coupling, Part
+from ..stages.bodies import Table
+from ..stages.mesh_tables import TransmissionError
 from .finding import Finding
-from .quantities import Quantity, gaps, helix_angles, lengths, pressure_angles, transmission_errors
 
 # Radii (m): instrument gears of 1 mm in diameter to girth gears of 16 m. In mm everything from a
 # radius of 10 mm on is above.
@@ -24,40 +26,60 @@ SMALLEST_HELIX_ANGLE = 1.0
 
 def lengths_in_metres(part: Part | Coupling) -> Iterator[Finding]:
     """Radii that no gear has in m, and most have in mm."""
-    for length in lengths(part):
-        if not SMALLEST_RADIUS <= length.value <= LARGEST_RADIUS:
+    for key, value in _numbers(part, "radius"):
+        if not SMALLEST_RADIUS <= value <= LARGEST_RADIUS:
             reason = f"expected {SMALLEST_RADIUS:g} to {LARGEST_RADIUS:g} m"
-            if SMALLEST_RADIUS <= length.value / 1000.0 <= LARGEST_RADIUS:
-                reason += f"; {length.value:g} mm are {length.value / 1000.0:g} m"
-            yield Finding(part.name, length.key, f"{length.value:g} m", reason)
+            if SMALLEST_RADIUS <= value / 1000.0 <= LARGEST_RADIUS:
+                reason += f"; {value:g} mm are {value / 1000.0:g} m"
+            yield Finding(part.name, key, f"{value:g} m", reason)
 
 
-def gaps_and_errors_in_metres(part: Part | Coupling) -> Iterator[Finding]:
+def gaps_and_errors_in_metres(part: Part) -> Iterator[Finding]:
     """Backlash and transmission errors that no gear has in m, and most have in mm or µm."""
-    for found, largest in ((gaps(part), LARGEST_GAP), (transmission_errors(part), LARGEST_ERROR)):
-        for length in found:
-            if abs(length.value) > largest:
+    errors = (
+        (f"{key}.harmonics", max((amplitude for amplitude, _ in value.harmonics), key=abs))
+        for key, value in _given(part)
+        if isinstance(value, TransmissionError)
+    )
+    for found, largest in ((_numbers(part, "backlash"), LARGEST_GAP), (errors, LARGEST_ERROR)):
+        for key, value in found:
+            if abs(value) > largest:
                 reason = f"expected at most {largest:g} m; is it in mm or µm?"
-                yield Finding(part.name, length.key, f"{length.value:g} m", reason)
+                yield Finding(part.name, key, f"{value:g} m", reason)
 
 
-def pressure_angles_in_degrees(part: Part | Coupling) -> Iterator[Finding]:
+def pressure_angles_in_degrees(part: Part) -> Iterator[Finding]:
     """Pressure angles that no gear has in degrees."""
-    for angle in pressure_angles(part):
-        if not SMALLEST_PRESSURE_ANGLE <= angle.value <= LARGEST_PRESSURE_ANGLE:
+    for key, value in _numbers(part, "pressure_angle"):
+        if not SMALLEST_PRESSURE_ANGLE <= value <= LARGEST_PRESSURE_ANGLE:
             expected = f"expected {SMALLEST_PRESSURE_ANGLE:g} to {LARGEST_PRESSURE_ANGLE:g}°"
-            yield _angle(part, angle, expected)
+            yield _angle(part, key, value, expected)
 
 
-def helix_angles_in_degrees(part: Part | Coupling) -> Iterator[Finding]:
+def helix_angles_in_degrees(part: Part) -> Iterator[Finding]:
     """Helix angles that are next to nothing in degrees, but one in radians."""
-    for angle in helix_angles(part):
-        if 0.0 < abs(angle.value) < SMALLEST_HELIX_ANGLE:
+    for key, value in _numbers(part, "helix_angle"):
+        if 0.0 < abs(value) < SMALLEST_HELIX_ANGLE:
             expected = f"expected 0 or at least {SMALLEST_HELIX_ANGLE:g}° either way"
-            yield _angle(part, angle, expected)
+            yield _angle(part, key, value, expected)
 
 
-def _angle(part: Part | Coupling, angle: Quantity, expected: str) -> Finding:
-    if abs(angle.value) < 1.0:
-        expected += f"; {angle.value:g} rad are {math.degrees(angle.value):.4g}°"
-    return Finding(part.name, angle.key, f"{angle.value:g}°", expected)
+def _angle(part: Part, key: str, value: float, expected: str) -> Finding:
+    if abs(value) < 1.0:
+        expected += f"; {value:g} rad are {math.degrees(value):.4g}°"
+    return Finding(part.name, key, f"{value:g}°", expected)
+
+
+def _numbers(table: Table, ending: str) -> Iterator[tuple[str, float]]:
+    """(key, number) of all keys that end so."""
+    for key, value in _given(table):
+        if key.endswith(ending) and isinstance(value, float):
+            yield key, value
+
+
+def _given(table: Table, prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """(dotted key, value) of a table and those in it."""
+    for key, value in table:
+        yield prefix + key, value
+        if isinstance(value, Table):
+            yield from _given(value, f"{prefix}{key}.")

@@ -11,7 +11,7 @@ steady state is transformed, and Schroeder's phases keep its peak near that of a
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
 
@@ -370,40 +370,6 @@ def own_seeds(seed: int, count: int) -> tuple[int, ...]:
     """Seeds of independent signals, one for each of several inputs, all from one seed."""
     children = np.random.SeedSequence(seed).spawn(count)
     return tuple(int(child.generate_state(1)[0]) for child in children)
-
-
-def zippered(signal: Multisine, count: int) -> tuple[Multisine, ...]:
-    """Share a multisine's lines out to ``count`` inputs, in turn: input i has k = i, i + count, …
-
-    One record then has each input's FRFs at its own lines, without leakage from the others.
-
-    Raises
-    ------
-    ModelError
-        There are fewer lines than inputs.
-    """
-    return tuple(signal.share(i, count) for i in range(count))
-
-
-def orthogonal(signal: Multisine, count: int) -> tuple[tuple[Multisine, ...], ...]:
-    """``count`` experiments of ``count`` inputs: input i of experiment e turned by 2π i e/count.
-
-    The inputs' matrix is unitary at every line (but for the amplitude), so that the experiments
-    together give all FRFs at all lines with the least variance (Dobrowiecki, Schoukens &
-    Guillaume 2006, IEEE Trans. Instrum. Meas. 55, 1615–1624).
-
-    Returns
-    -------
-    tuple
-        [experiment][input].
-    """
-    return tuple(
-        tuple(
-            replace(signal, phases=signal.phases + 2.0 * np.pi * (i * e % count) / count)
-            for i in range(count)
-        )
-        for e in range(count)
-    )
 
 
 def _harmonics(signal: str, fmin: float, fmax: float, df: float) -> NDArray[np.int_]:

@@ -1,1 +1,1 @@
-"""The stage types: one module for each."""
+"""What a drivetrain is made of: `part.Part`, and one module for each type of it."""

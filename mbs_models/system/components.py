@@ -8,35 +8,14 @@ from it, so that a wrong model shows.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..stages.given_springs import SpringKind as SpringKind
+
 Array = NDArray[np.float64]
 GROUND = "ground"
-
-
-class SpringKind(StrEnum):
-    """What a spring is there for."""
-
-    BEARING = "bearing"  # between a body's centre and ground, or the body that carries it
-    ROCKING = "rocking support"
-    TORSION = "torsional support"
-    MESH = "mesh"
-    SHAFT = "shaft"  # torsion spring between two bodies
-    TRANSLATION = "coupled translation"
-
-
-def mesh_name(first: str, second: str) -> str:
-    """What the mesh spring between two bodies is called."""
-    return f"{SpringKind.MESH} {first} – {_without_stage(second, first)}"
-
-
-def _without_stage(body: str, other: str) -> str:
-    """A body's name without its stage, where the other stands in the same."""
-    stage, _, member = body.rpartition(".")
-    return member if other.startswith(f"{stage}.") else body
 
 
 @dataclass(frozen=True)

@@ -6,26 +6,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
 from ..contact.mesh_excitation import MeshLaw
 from ..errors import ModelError
-from ..model.couplings import DIRECTIONS, Coupling
-from ..model.gear_geometry import Vector
-from ..model.graph import walk
-from ..model.parameters import Drivetrain, Inertia, ParallelStage, Part
-from ..model.placement import (
-    Frame,
-    axes_facing,
-    facings,
-    rigid_end,
-    translation_ends,
-    turning,
-)
+from ..model.couplings import Coupling
+from ..model.parameters import Drivetrain
+from ..model.placement import hub_ratios, place_parts, rigid_end, translation_ends, turnings
 from ..representation import counted, html_table, listing
-from ..stages.parallel_stage import add_parallel_stage, body_centres
-from ..stages.planetary_stage import add_planetary_stage
-from .elements import Assembly, Dof, Mesh, RigidBody
+from ..stages.geometry import DIRECTIONS
+from ..stages.part import Part, RigidBody
+from .elements import Assembly, Dof, Mesh
 
 # The global axis along which each common direction lies: see `placement`.
 GLOBAL_AXIS = {DIRECTIONS["u"]: 1, DIRECTIONS["v"]: 0, DIRECTIONS["z"]: 2}
@@ -112,7 +101,7 @@ def build_stage(
     """Build one stage (or inertia) alone, with its half of every hub it is coupled by.
 
     The hub's half hangs on the stage's own spring of the coupling; ``<coupling>.w`` is the
-    interface DoF on both sides of the cut (seed paper, Eqs. 6 and 10). A massless hub is cut at its
+    interface DoF on both sides of the cut (the paper, Eqs. 6 and 10). A massless hub is cut at its
     rigid end: its spring is the joint, in neither of the two. Translations are joints too. Laws in
     ``meshes`` of other stages' meshes are left aside.
     """
@@ -123,34 +112,13 @@ def build_stage(
     return _finish(train)
 
 
-def place_parts(drivetrain: Drivetrain) -> dict[str, Frame]:
-    """Where each part stands, starting from the first: coupled bodies coaxial, turning alike."""
-    frames: dict[str, Frame] = {}
-    for here, there in walk(drivetrain.joined):
-        name = there.partition(".")[0]
-        part = drivetrain.part(name)
-        axes = axes_facing(part, drivetrain.facing[name])
-        if not here:
-            frames[name] = Frame(axes=axes)
-            continue
-        axis = frames[here.partition(".")[0]].point(_centre(drivetrain, here))
-        frames[name] = Frame(axis - axes @ _centre(drivetrain, there), axes)
-    return frames
-
-
-def _centre(drivetrain: Drivetrain, body: str) -> Vector:
-    """Centre of a body in its part's frame."""
-    name, _, member = body.partition(".")
-    part = drivetrain.part(name)
-    return body_centres(part)[member] if isinstance(part, ParallelStage) else np.zeros(3)
-
-
 class _Train:
     """A drivetrain being put together."""
 
     def __init__(self, drivetrain: Drivetrain, meshes: Mapping[str, MeshLaw]) -> None:
         self.drivetrain = drivetrain
-        self.facing = facings(drivetrain)
+        self.turnings = turnings(drivetrain)
+        self.ratios = hub_ratios(drivetrain)
         self.frames = place_parts(drivetrain)
         self.assembly = Assembly(drivetrain.damping, meshes)
         self.bodies: dict[str, RigidBody] = {}
@@ -158,23 +126,7 @@ class _Train:
 
     def add_part(self, part: Part) -> None:
         """Add the bodies and springs of a stage or an inertia."""
-        frame = self.frames[part.name]
-        if isinstance(part, Inertia):
-            self._add_inertia(part)
-            return
-        if isinstance(part, ParallelStage):
-            bodies = add_parallel_stage(self.assembly, part, frame)
-        else:
-            bodies = add_planetary_stage(self.assembly, part, frame)
-        self.bodies |= {f"{part.name}.{name}": body for name, body in bodies.items()}
-
-    def _add_inertia(self, part: Inertia) -> None:
-        r = part.radius
-        body = self.assembly.hub(part.rotary_mass * r**2)
-        self.bodies[part.name] = body
-        turn = turning(self.facing, part.name)
-        self.assembly.add_dof(f"{part.name}.w", (body, body.rotation, turn / r))
-        self.assembly.torsion_spring(body, part.support_stiffness * r**2)
+        self.bodies |= part.build(self.assembly, self.frames[part.name])
 
     def add_hub(self, coupling: Coupling, share: float) -> None:
         """Add a share of a hub, sprung or welded to the bodies that are in the system."""
@@ -184,7 +136,7 @@ class _Train:
         if not ends:
             return
         r, label = coupling.radius, f"{coupling.name}.w"
-        turn = turning(self.facing, coupling.first)
+        turn = self.turnings[coupling.first]
         hub = self.hubs[coupling.name] = self.assembly.hub(share * coupling.hub_mass * r**2)
         self.assembly.add_dof(label, (hub, hub.rotation, turn / r))
         for name, stiffness in ends:
@@ -197,8 +149,7 @@ class _Train:
         """Make hub and body one: their rotations are the same, their w as their radii."""
         body, own, of_hub = self.bodies[name], f"{name}.w", f"{coupling.name}.w"
         self.assembly.weld(body, body.rotation, hub, hub.rotation)
-        ratio = coupling.radius / self.drivetrain.radius(name)
-        ratio *= turning(self.facing, coupling.first) * turning(self.facing, name)
+        ratio = self.ratios[coupling.name, name]
         if of_hub in self.assembly.dofs:
             self.assembly.derive_dof(of_hub, own, ratio)
         else:

@@ -38,33 +38,12 @@ from ..contact.mesh_element import mesh_forces_on_bodies, mesh_jacobian
 from ..contact.mesh_excitation import LawSamples, MeshLaw, mesh_force
 from ..errors import ModelError
 from ..model.parameters import Damping
+from ..stages.part import RigidBody
 from .offset_moment import offset_jacobian, offset_moment
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
-ROTATION = {2: 2, 3: 5, 1: 0}  # coordinate of the rotation about the gear axis, by body dimension
 HELD = 1e12  # times a locked coordinate's own inertia
-COORDINATES = {3: 6, 2: 3, 1: 1}  # of a body's node, likewise
-
-
-@dataclass(frozen=True)
-class RigidBody:
-    """A body in the system: its exudyn object and node, its centre and what kind of node it has."""
-
-    object_number: int
-    node_number: int
-    centre: Vector
-    dimension: int  # 3: NodeRigidBodyRxyz, 2: NodeRigidBody2D, 1: Node1D
-
-    @property
-    def rotation(self) -> int:
-        """Index of the rotation about the gear axis among the node's coordinates."""
-        return ROTATION[self.dimension]
-
-    @property
-    def coordinates(self) -> int:
-        """How many coordinates its node has."""
-        return COORDINATES[self.dimension]
 
 
 @dataclass(frozen=True)
@@ -146,6 +125,11 @@ class Assembly:
         self._ground_coordinate = self.mbs.AddMarker(
             MarkerNodeCoordinate(nodeNumber=ground_node, coordinate=0)
         )
+
+    @property
+    def beta(self) -> float:
+        """β of the damping c = β k (s)."""
+        return self.damping.stiffness_proportional
 
     def planar_body(self, centre: Vector, mass: float, inertia: float) -> RigidBody:
         """A body moving in the plane of the gears (x, y, rotation)."""
@@ -234,7 +218,7 @@ class Assembly:
     ) -> None:
         """The teeth of two gears, unloaded as placed, with the force law of ``name``."""
         samples = LawSamples(self.mesh_laws.get(name, MeshLaw()))
-        damping = self.damping.stiffness_proportional * stiffness
+        damping = self.beta * stiffness
         force = mesh_force(stiffness, damping, samples)
         number = self.mbs.AddObject(
             ObjectGenericODE2(
@@ -251,7 +235,7 @@ class Assembly:
     ) -> None:
         """A torsion spring (N m/rad) between the rotations of a body and of another, or ground."""
         ends = (body, body.rotation), (other, other.rotation) if other else None
-        self._coordinate_spring(*ends, stiffness, self.damping.stiffness_proportional * stiffness)
+        self._coordinate_spring(*ends, stiffness, self.beta * stiffness)
 
     def translation_spring(
         self,
@@ -262,7 +246,7 @@ class Assembly:
         damping: float | None,
     ) -> None:
         """A spring along a global axis (0, 1, 2) between displacements of two coaxial bodies."""
-        own = self.damping.stiffness_proportional * stiffness
+        own = self.beta * stiffness
         ends = (body, coordinate), (other, coordinate)
         self._coordinate_spring(*ends, stiffness, own if damping is None else damping)
 

@@ -19,7 +19,7 @@ def harmonic_response(
     responses: Sequence[str] | None = None,
     excitations: Sequence[str] | None = None,
 ) -> NDArray[np.complex128]:
-    """H(ω) = (K − ω²M + jωC)⁻¹, the receptance (seed paper, Eq. 16).
+    """H(ω) = (K − ω²M + jωC)⁻¹, the receptance (the paper, Eq. 16).
 
     Parameters
     ----------

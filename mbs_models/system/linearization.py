@@ -19,7 +19,7 @@ Vector = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class LinearizedSystem:
-    """M q̈ + C q̇ + K q = f about the state as built (seed paper, Eq. 2).
+    """M q̈ + C q̇ + K q = f about the state as built (the paper, Eq. 2).
 
     Attributes
     ----------

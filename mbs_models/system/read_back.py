@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from ..contact.involute_mesh import tangent_points
 from ..model.parameters import Drivetrain
-from .components import GROUND, Components, End, Spring, SpringKind, mesh_name
+from ..stages.part import mesh_name
+from .components import GROUND, Components, End, Spring, SpringKind
 from .drivetrain import MultibodySystem, build_drivetrain
 from .elements import Mesh
 from .linearization import coordinate_transform

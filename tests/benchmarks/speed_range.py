@@ -31,7 +31,7 @@ from mbs_models.model.parameters import Drivetrain
 from tests.strategies import changed, with_stage
 from validation.routes.periodic_meshes import PeriodicDrivetrain, parametric
 from validation.speed.plan import plan
-from validation.speed.study import run
+from validation.speed.run import run
 
 SPEEDS = (30, 100, 300)
 TRAPEZOID = {"shape": "trapezoid", "contact_ratio": 1.6, "amplitude": 0.3}

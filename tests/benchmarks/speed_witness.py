@@ -18,7 +18,7 @@ from tests.benchmarks.speed_range import reducer
 from tests.gearboxes import pair, planetary
 from tests.strategies import changed
 from validation.speed.plan import plan
-from validation.speed.study import run
+from validation.speed.run import run
 
 SPEEDS = 20
 TRAPEZOID = {"shape": "trapezoid", "contact_ratio": 1.6}
@@ -53,13 +53,13 @@ def main() -> None:
         for rpm in chosen(drivetrain, torque, first, last, n):
             began = time.perf_counter()
             found = run(plan(drivetrain, speed=f"{rpm:g}", torque=torque, check=f"{rpm:g}"))
-            (seen,) = found.witnesses
+            (seen,) = found.references
             ratio = seen.ratio
             meshes = np.abs(ratio[:, : len(seen.meshes)] - 1.0).max()
             decibels = np.abs(20.0 * np.log10(ratio[:, len(seen.meshes) :])).max()
             print(
                 f"  {rpm:8.1f} rpm: mesh forces {meshes:.1e}, accelerations {decibels:.1e} dB, "
-                f"{int(seen.judged.sum())} lines judged, {seen.unsettled} not settled, "
+                f"{int(seen.comparable.sum())} lines judged, {seen.unsettled} not settled, "
                 f"{'agree' if found.agrees else 'DISAGREE'}, {time.perf_counter() - began:.0f} s",
                 flush=True,
             )

@@ -30,12 +30,13 @@ from mbs_models.model.parameters import Drivetrain
 from validation.routes.bands import Band
 from validation.routes.routes import EQUATIONS
 from validation.runtime.executors import process_pool
-from validation.sweep.output import Sweep, write_sweep
-from validation.sweep.parameters import Design, changed, design, model_data, steps_to
+from validation.sweep.files import write_sweep
+from validation.sweep.parameters import Samples, changed, model_data, samples_of, steps_to
 from validation.sweep.pieces import Pieces
-from validation.sweep.run import sweep, task
+from validation.sweep.plan import SampleResults, SweepPlan, sweep_plan
+from validation.sweep.result import SweepResult
+from validation.sweep.run import sweep
 from validation.sweep.sample import forget
-from validation.sweep.task import Outcome, Task
 
 RUNS = 5
 PAIR = ("planetary.sun.w", "reducer.pinion.w")
@@ -82,27 +83,27 @@ def scaled_error(system: SecondOrderSystem, lines: np.ndarray, magnitude: np.nda
 def stiffness_sweep(name: str, drivetrain: Drivetrain) -> None:
     """The k_sw sweep of one drivetrain."""
     lines = Band().frequency()
-    found = design(drivetrain, [f"{SPRING}=1e5:1e7:1000log"])
-    todo = task(drivetrain, found, Band(), PAIR, 0, "equations")
+    found = samples_of(drivetrain, [f"{SPRING}=1e5:1e7:1000log"])
+    todo = sweep_plan(drivetrain, found, Band(), PAIR, 0, "equations")
 
-    def ours() -> Outcome:
+    def ours() -> SampleResults:
         forget()  # the base is part of the sweep
-        return sweep(todo, found.samples)
+        return sweep(todo, found.rows)
 
     mine = seconds(ours)
-    print(f"\n{name}: {len(found.samples)} stiffnesses × {len(lines)} lines × one FRF")
+    print(f"\n{name}: {len(found.rows)} stiffnesses × {len(lines)} lines × one FRF")
     print(f"{'':44}{'s':>9}{'× ours':>9}{'% less time':>13}")
     print(f"{'sweep, one process':44}{mine:9.3f}{1.0:9.1f}{'':>13}")
     for method, solve in (("modal synthesis", modal_frf), ("plain (direct) solve", direct_frf)):
         with one_blas_thread():
             each = [
                 seconds(
-                    lambda i=i, solve=solve: rebuilt(drivetrain, found.samples[i][0], solve, lines),
+                    lambda i=i, solve=solve: rebuilt(drivetrain, found.rows[i][0], solve, lines),
                     3,
                 )
                 for i in REBUILT
             ]
-        whole = statistics.mean(each) * len(found.samples)
+        whole = statistics.mean(each) * len(found.rows)
         print(
             f"{f'rebuilt each time, {method}':44}{whole:9.1f}{whole / mine:9.1f}"
             f"{100 * (1 - mine / whole):13.2f}"
@@ -112,7 +113,7 @@ def stiffness_sweep(name: str, drivetrain: Drivetrain) -> None:
     place = steps_to(data, SPRING)
     worst = max(
         scaled_error(
-            EQUATIONS.whole(changed(data, {place: found.samples[i][0]})),
+            EQUATIONS.whole(changed(data, {place: found.rows[i][0]})),
             lines,
             outcome.magnitude[i],
         )
@@ -121,12 +122,12 @@ def stiffness_sweep(name: str, drivetrain: Drivetrain) -> None:
     print(f"largest scaled error against the direct solve, {len(REBUILT)} samples: {worst:.1e}")
 
 
-def monte_carlo(samples: int) -> tuple[Task, Design]:
+def monte_carlo(samples: int) -> tuple[SweepPlan, Samples]:
     """Three tolerances of the planetary stage: an FRF on 600 lines and ten modes by exudyn."""
     drivetrain = damped()
     options = [f"planetary.{key}=±10%" for key in ("sun_mesh_stiffness", "ring_mesh_stiffness")]
-    found = design(drivetrain, [*options, "planetary.planet_bearing=~5%"], samples=samples)
-    return task(drivetrain, found, Band(5.0, 3000.0, 5.0), PAIR), found
+    found = samples_of(drivetrain, [*options, "planetary.planet_bearing=~5%"], samples=samples)
+    return sweep_plan(drivetrain, found, Band(5.0, 3000.0, 5.0), PAIR), found
 
 
 def two_processes() -> None:
@@ -137,11 +138,11 @@ def two_processes() -> None:
     for _ in range(3):
         start = time.perf_counter()
         forget()
-        outcomes.append(sweep(todo, found.samples))
+        outcomes.append(sweep(todo, found.rows))
         ones.append(time.perf_counter() - start)
         start = time.perf_counter()
         with process_pool(2) as workers:
-            outcomes.append(sweep(todo, found.samples, workers))
+            outcomes.append(sweep(todo, found.rows, workers))
         twos.append(time.perf_counter() - start)
         starts.append(first_answers())
     same = all(
@@ -150,7 +151,7 @@ def two_processes() -> None:
         for o in outcomes
     )
     one, two = statistics.median(ones), statistics.median(twos)
-    print(f"\n{len(found.samples)} samples, {todo.n_lines} lines, {todo.n_modes} modes, by exudyn")
+    print(f"\n{len(found.rows)} samples, {todo.n_lines} lines, {todo.n_modes} modes, by exudyn")
     print(f"{'one process':44}{one:9.2f} s")
     print(f"{'two processes, their start included':44}{two:9.2f} s{one / two:9.2f} ×")
     print(f"{'of it: until both have answered once':44}{statistics.median(starts):9.2f} s")
@@ -162,24 +163,24 @@ def first_answers() -> float:
     todo, found = monte_carlo(20)
     start = time.perf_counter()
     with process_pool(2) as workers:
-        sweep(todo, found.samples, workers)
+        sweep(todo, found.rows, workers)
     return time.perf_counter() - start
 
 
 def written_sweep(samples: int, *, streamed: bool) -> float:
     """Bytes of a stiffness sweep's result, computed and written with its percentiles."""
     lines = Band(1.0, 30000.0, 1.0)
-    found = design(load("paper"), [f"{SPRING}=1e6±50%"], samples=samples)
-    todo = task(load("paper"), found, lines, PAIR, 0, "equations", streamed=streamed)
+    found = samples_of(load("paper"), [f"{SPRING}=1e6±50%"], samples=samples)
+    todo = sweep_plan(load("paper"), found, lines, PAIR, 0, "equations", streamed=streamed)
     with TemporaryDirectory() as name:
-        pieces = Pieces(todo, found.samples, Path(name), streamed=streamed)
+        pieces = Pieces(todo, found.rows, Path(name), streamed=streamed)
         room = pieces.magnitude((samples, todo.n_lines)) if streamed else None
-        outcome = sweep(todo, found.samples, magnitude=room)
+        outcome = sweep(todo, found.rows, magnitude=room)
         from validation.sweep.figures import percentiles  # not for the worker processes
 
         percentiles(outcome.magnitude, np.arange(samples))
-        result = Sweep("memory", todo, found, outcome)
-        write_sweep(result, Path(name), {}, pieces.magnitude_file if streamed else None)
+        file = pieces.magnitude_file if streamed else None
+        write_sweep(SweepResult(load("paper"), todo, found, outcome, file), Path(name))
     return 8.0 * samples * todo.n_lines
 
 

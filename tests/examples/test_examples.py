@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import runpy
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from mbs_models import Kind
+from mbs_models import Kind, build_stage, linearize, unregister_stage
+from validation import write_report
 
 HERE = Path(__file__).parent
 
@@ -89,3 +91,23 @@ def test_long_train() -> None:
     found = run["lines"][peaks]
     np.testing.assert_allclose(found, expected[: len(found)], atol=0.51)
     assert len(found) == len(expected)
+
+
+@pytest.fixture
+def own_stage_type() -> Iterator[dict[str, Any]]:
+    yield example("own_stage_type")
+    unregister_stage("shaft")
+
+
+def test_own_stage_type(own_stage_type: dict[str, Any], tmp_path: Path) -> None:
+    """Alone, without its half of the hub (none): two inertias I on a spring k, ω² = 2 k/I."""
+    result, drivetrain = own_stage_type["result"], own_stage_type["drivetrain"]
+    assert [check.subject for check in result.checks if not check.agrees] == []
+    assert "stage shaft" in {check.subject for check in result.checks}
+    alone = linearize(build_stage(drivetrain, "shaft"))
+    (rigid, elastic) = np.linalg.eigvalsh(np.linalg.solve(alone.mass, alone.stiffness))
+    assert elastic == pytest.approx(2.0 * 4e4 / 2e-3, rel=1e-12)
+    assert abs(rigid) < 1e-12 * elastic
+    page = write_report(result, tmp_path)[0].read_text(encoding="utf-8")
+    assert "<title>shaft.left: r = 50 mm</title>" in page
+    assert "<title>shaft shaft.right – shaft.left: 4e+04 N m/rad</title>" in page

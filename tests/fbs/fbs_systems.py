@@ -6,7 +6,7 @@ import numpy as np
 
 from fbs import Frf, SecondOrderSystem
 
-HUB_MASS = 2.24e-8  # kg, half the seed paper's coupling hub
+HUB_MASS = 2.24e-8  # kg, half the paper's coupling hub
 HUB_STIFFNESS = 1e8  # N/m: a mode near 11 MHz
 
 

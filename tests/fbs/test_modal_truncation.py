@@ -323,7 +323,7 @@ LIMIT = 4000  # Hz
 
 
 class PlanetaryStage:
-    """The seed paper's planetary stage cut at 4 kHz and coupled to the whole reducer.
+    """The the paper's planetary stage cut at 4 kHz and coupled to the whole reducer.
 
     Preset "paper": Lin & Parker's gears, k_sw = 1e5 N/m, each stage with half the hub
     (2.24e-8 kg), loss factor 1 % in both.

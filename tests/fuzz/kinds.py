@@ -16,16 +16,14 @@ import numpy as np
 from fbs import Quantity, Record, read_uff
 from fbs.files.record_files import read_record, write_record
 from mbs_models.model.model_file import load, loads, preset_names, template
-from mbs_models.model.parameters import Drivetrain
 from validation.routes.bands import Band
 from validation.routes.substitution import read_replacements
 from validation.runtime.kept import KeptPieces
 from validation.simulation.excitation_spec import parse_excitation
-from validation.sweep.output import FIELDS
-from validation.sweep.parameters import design
-from validation.sweep.pieces import Pieces
-from validation.sweep.run import sweep, task
-from validation.sweep.task import Outcome
+from validation.sweep.parameters import Samples, samples_of
+from validation.sweep.pieces import FIELDS, Pieces
+from validation.sweep.plan import SampleResults, SweepPlan, sweep_plan
+from validation.sweep.run import sweep
 
 from .mutations import changed_bytes, changed_text, in_toml, odd_number, odd_text
 from .trial import ACCEPTED, REFUSED, Fault, Trial, command, ended, refused_or
@@ -300,7 +298,7 @@ def sweep_words(rng: random.Random, folder: Path) -> str:
         line += ["--stream"]
     if _many(spec):
         line = [word if word != "sweep" else "sweep" for word in line]
-        return refused_or(lambda: design(load(SMALL), [f"{path}={spec}"], 3))
+        return refused_or(lambda: samples_of(load(SMALL), [f"{path}={spec}"], 3))
     called = command(*line)
     _left_nothing(called.code, Path("out"))
     return ended(called)
@@ -643,10 +641,10 @@ def folders(rng: random.Random, folder: Path) -> str:
 
 
 @cache
-def _swept() -> tuple[Drivetrain, object, object, Outcome]:
+def _swept() -> tuple[Samples, SweepPlan, SampleResults]:
     drivetrain = load(SMALL)
-    found = design(drivetrain, ["planetary.sun.mass=0.3:0.6:25"])
-    todo = task(
+    found = samples_of(drivetrain, ["planetary.sun.mass=0.3:0.6:25"])
+    todo = sweep_plan(
         drivetrain,
         found,
         Band(100.0, 2000.0, 100.0),
@@ -655,21 +653,21 @@ def _swept() -> tuple[Drivetrain, object, object, Outcome]:
         "equations",
         streamed=True,
     )
-    return drivetrain, found, todo, sweep(todo, found.samples)
+    return found, todo, sweep(todo, found.rows)
 
 
 def pieces(rng: random.Random, folder: Path) -> str:
     """A sweep's kept pieces, changed: the result is the same, whatever was there."""
-    _, found, todo, expected = _swept()
-    kept = Pieces(todo, found.samples, folder, streamed=True)
+    found, todo, expected = _swept()
+    kept = Pieces(todo, found.rows, folder, streamed=True)
     room = kept.magnitude(expected.magnitude.shape)
-    sweep(todo, found.samples, store=kept, magnitude=room)
+    sweep(todo, found.rows, store=kept, magnitude=room)
     for _ in range(rng.choice((1, 2, 3))):
         _damage(rng, kept.directory)
     told: list[str] = []
-    again = Pieces(todo, found.samples, folder, streamed=True)
+    again = Pieces(todo, found.rows, folder, streamed=True)
     room = again.magnitude(expected.magnitude.shape)
-    outcome = sweep(todo, found.samples, store=again, magnitude=room, warn=told.append)
+    outcome = sweep(todo, found.rows, store=again, magnitude=room, warn=told.append)
     for name in FIELDS:
         if not np.array_equal(getattr(outcome, name), getattr(expected, name)):
             raise Fault(f"{name} is not what it was; told {told}")
@@ -719,7 +717,7 @@ def library(rng: random.Random, folder: Path) -> str:
         lambda: direct_frf(system, [number], [DOFS[0]], [DOFS[0]]),
         lambda: direct_frf(system, [1.0], [odd_text(rng)], [DOFS[0]]),
         lambda: load(odd_text(rng)),
-        lambda: design(load(SMALL), [odd_text(rng)]),
+        lambda: samples_of(load(SMALL), [odd_text(rng)]),
         lambda: json.dumps(loads(text).model_dump()),
     )
     return refused_or(rng.choice(calls))

@@ -26,10 +26,10 @@ from mbs_models.gears.phasing import phasing
 from mbs_models.integration.integrators import RK44, Integrator
 from mbs_models.integration.time_integration import simulate
 from mbs_models.modal.mode_kinds import Kind
-from mbs_models.model.mesh_phasing import mesh_phases
 from mbs_models.model.model_file import load
 from mbs_models.model.parameters import Drivetrain, PlanetaryStage
 from mbs_models.signals.waveforms import Trapezoid
+from mbs_models.stages.planet_set import mesh_phases
 from mbs_models.system.drivetrain import build_drivetrain
 from tests.geared import family_amplitudes, speed_for
 from tests.literature.stiffness_series import SLOPE, coefficients
@@ -93,7 +93,7 @@ def test_table_5_6(
     The latter to the printed error of their time step and 1e-3: 0.663 is 0.0037 from 2/3, beyond
     its ±0.0031.
     """
-    found = mesh_phases(stage_of(drivetrain_with(z_s, z_p, len(analytical)))).sun
+    found = mesh_phases(stage_of(drivetrain_with(z_s, z_p, len(analytical))).planet_set).sun
     assert found == pytest.approx(analytical, abs=5e-4)
     assert found == pytest.approx(numerical, abs=error + 1e-3)
 
@@ -119,7 +119,7 @@ def excited(k: int, planets: int) -> Kind:
 @pytest.mark.parametrize("case", CASES)
 def test_tables_6_2_6_5_and_6_7(case: str) -> None:
     z_s, z_p, planets, numbers = CASES[case]
-    found = phasing(stage_of(drivetrain_with(z_s, z_p, planets)), 4)
+    found = phasing(stage_of(drivetrain_with(z_s, z_p, planets)).planet_set, 4)
     assert tuple(p.phasing_number for p in found) == numbers
     assert [p.excited for p in found] == [excited(k, planets) for k in numbers]
 

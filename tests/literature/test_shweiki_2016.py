@@ -13,9 +13,9 @@ from __future__ import annotations
 
 import pytest
 
-from mbs_models.model.mesh_phasing import mesh_phases
 from mbs_models.model.model_file import load
 from mbs_models.model.parameters import PlanetaryStage
+from mbs_models.stages.planet_set import mesh_phases
 
 SUN, PLANET, RING = 21, 39, 99
 SUN_TO_RING = 0.2805
@@ -40,7 +40,7 @@ def stage_with(places: tuple[int, ...]) -> PlanetaryStage:
 @pytest.mark.parametrize("case", [IN_PHASE, SEQUENTIAL], ids=["in phase", "sequentially phased"])
 def test_phases_to_the_printed_digit(case: tuple[tuple[float, ...], ...]) -> None:
     places, sun, ring = case
-    found = mesh_phases(stage_with(places))  # type: ignore[arg-type]
+    found = mesh_phases(stage_with(places).planet_set)  # type: ignore[arg-type]
     assert found.sun == pytest.approx(sun, abs=1e-9)
     expected = ring if case is IN_PHASE else tuple((2 * SUN_TO_RING - r) % 1.0 for r in ring)
     assert found.ring == pytest.approx(expected, abs=1e-9)

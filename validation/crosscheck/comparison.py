@@ -10,7 +10,7 @@ import numpy as np
 from mbs_models.errors import ModelError, OrbitError
 from mbs_models.modal.energy import component_shares
 from mbs_models.modal.mode_kinds import Kind, Modes
-from mbs_models.model.parameters import Drivetrain, Inertia, ParallelStage, Part
+from mbs_models.model.parameters import Drivetrain, Part
 
 from ..checks.check import Check
 from ..checks.frfs import Progress, compare_frfs, frf_checks, round_off_floor
@@ -116,7 +116,7 @@ def cross_check(
     record = None
     if in_time:
         try:
-            record = time_domain(drivetrain, _far_end(drivetrain.parts[0]), progress=report)
+            record = time_domain(drivetrain, _end(drivetrain.parts[0]), progress=report)
             checks += time_domain_checks(record)
         except OrbitError as error:
             warnings.append(f"no FRFs from time integration: {error}")
@@ -159,22 +159,14 @@ class _Clock:
 def report_pairs(drivetrain: Drivetrain) -> tuple[tuple[str, str], ...]:
     """(response, excitation) of the FRFs a report draws: drive points, and through the train."""
     points = [f"{coupling.name}.w" for coupling in drivetrain.couplings]
-    points += [point for part in drivetrain.parts for point in _drive_points(part)]
-    through = (_far_end(drivetrain.parts[-1]), _far_end(drivetrain.parts[0]))
+    points += [point for part in drivetrain.parts for point in part.drive_points]
+    through = (_end(drivetrain.parts[-1]), _end(drivetrain.parts[0]))
     drive = tuple((point, point) for point in points)
     return (*drive, through) if len(drivetrain.parts) > 1 else drive
 
 
-def _drive_points(part: Part) -> tuple[str, ...]:
-    if isinstance(part, Inertia):
-        return (f"{part.name}.w",)
-    if isinstance(part, ParallelStage):
-        return (f"{part.name}.pinion.w", f"{part.name}.pinion.y")
-    return (f"{part.name}.sun.u", f"{part.name}.sun.w")
-
-
-def _far_end(part: Part) -> str:
-    return f"{part.name}.w" if isinstance(part, Inertia) else f"{part.name}.{part.bodies[0]}.w"
+def _end(part: Part) -> str:
+    return f"{part.members()[0].body}.w"
 
 
 def _require_springs(drivetrain: Drivetrain, modes: Modes) -> None:

@@ -81,7 +81,7 @@ def _shares(result: CrossCheck) -> str:
     """Kinetic and strain energy of every mode by stage and coupling, as stacked bars."""
     modes = result.modes.modes
     drivetrain = result.drivetrain
-    parts = [part.name for part in (*drivetrain.parts, *drivetrain.couplings)]
+    parts = [part.name for part in drivetrain.items]
     figure = Figure(figsize=(WIDTH, 3.9))
     top, bottom = figure.subplots(2, 1, sharex=True)
     figure.subplots_adjust(left=0.075, right=0.995, top=0.91, bottom=0.14, hspace=0.16)

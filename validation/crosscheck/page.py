@@ -32,7 +32,7 @@ MARGIN_DECADES = (-12.0, 6.0)  # value / tolerance that the margin strip spans
 def report_html(result: CrossCheck, made: Provenance) -> str:
     """The text of report.html."""
     drivetrain = result.drivetrain
-    parts = [part.name for part in (*drivetrain.parts, *drivetrain.couplings)]
+    parts = [part.name for part in drivetrain.items]
     reasons = list(dict.fromkeys(check.reason for check in result.checks))
     worst = worst_comparison(result)
     routes = [result.reference, *(c.route for c in result.comparisons)]

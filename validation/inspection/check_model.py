@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import cos
 
 from mbs_models.errors import ModelError
 from mbs_models.gears.power_flow import PowerFlow, power_flow
 from mbs_models.modal.mode_kinds import label_inertias, rigid_body_count
 from mbs_models.model.model_file import load
-from mbs_models.model.parameters import Drivetrain, ParallelStage, PlanetaryStage
+from mbs_models.model.parameters import Drivetrain
 from mbs_models.sanity.free_motion import count_free_rotations, free_to_move, input_turns
 from mbs_models.sanity.rules import findings
-from mbs_models.sanity.tooth_loads import teeth_carry_load
+from mbs_models.sanity.teeth import teeth_carry_load
 from mbs_models.system.read_back import drivetrain_components
 
 from ..checks.model_warnings import model_warnings
@@ -93,7 +92,7 @@ def _lines(
     for body in drivetrain.bodies:
         carried = f"  {with_prefix(flow.torques[body], 'N m')}" if body in flow.torques else ""
         yield f"  {body:{width}}  {_rounded(flow.speeds[body]):>8} rpm{carried}"
-    for stage in drivetrain.stages:
+    for stage in (stage for stage in drivetrain.stages if stage.mesh_families()):
         frequency = flow.mesh_frequencies.get(stage.name)
         known = "none without teeth that turn"
         if frequency is not None:
@@ -120,25 +119,11 @@ def understood(drivetrain: Drivetrain) -> None:
     """Print what a model file was understood to say."""
     print(f"{drivetrain.name}: valid")
     for stage in drivetrain.stages:
-        print(f"  stage '{stage.name}': {_stage(stage)}")
+        print(f"  stage '{stage.name}': {stage.describe()}")
     for rotor in drivetrain.inertias:
-        print(f"  inertia '{rotor.name}': {rotor.rotary_mass * rotor.radius**2:g} kg m²")
+        print(f"  inertia '{rotor.name}': {rotor.describe()}")
     for coupling in drivetrain.couplings:
         springs = " and ".join(k if isinstance(k, str) else f"{k:g} N/m" for _, k in coupling.ends)
         moves = f", and along {', '.join(coupling.dofs)}" if coupling.dofs else ""
         ends = f"{coupling.first} – {coupling.second}"
         print(f"  coupling '{coupling.name}': {ends}, {springs}{moves}")
-
-
-def _stage(stage: ParallelStage | PlanetaryStage) -> str:
-    if isinstance(stage, ParallelStage):
-        ratio = stage.wheel.base_radius / stage.pinion.base_radius
-        return f"parallel, ratio {ratio:.4g}, helix angle {stage.helix_angle:g}°, 8 DoFs"
-    # w_s + w_r = w_c (cos α_s + cos α_r) where no mesh is strained (Eq. 1)
-    cosines = cos(stage.sun_mesh_angle) + cos(stage.ring_mesh_angle)
-    ratio = stage.carrier_radius * cosines / stage.sun.base_radius
-    n = stage.planet_count
-    return (
-        f"planetary, {n} planets, sun to carrier {ratio:.4g} with the ring held, ring radius "
-        f"{stage.ring_radius:.4g} m, carrier radius {stage.carrier_radius:.4g} m, {9 + 3 * n} DoFs"
-    )

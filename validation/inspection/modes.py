@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from typing import Any
 
-from rich.table import Table
-
 from mbs_models.modal.mode_kinds import (
     Kind,
+    Mode,
     Modes,
 )
 from mbs_models.model.parameters import Drivetrain
 
 from ..errors import CommandError
-from ..report.console import console
+from ..report.console import console, print_table
+from ..report.page import Table
 from ..routes.modes import equation_modes, known_to, round_off_warnings
 from ..runtime.streams import warn
 
@@ -34,29 +34,25 @@ def print_modes(
         warn(round_off_warnings(found))
     hidden = any(error for _, error in known)
     under = "" if torque is None else f" under {torque:g} N m"
-    table = Table(title=f"{title}: modes by {route}{under}", title_justify="left")
-    table.add_column("#", justify="right")
-    table.add_column("frequency, Hz", justify="right")
-    if hidden:
-        table.add_column("±", justify="right")
-    if at_rest is not None:
-        table.add_column("at rest, Hz", justify="right")
-        table.add_column("change", justify="right")
-    table.add_column("damping ratio", justify="right")
-    table.add_column("kind")
-    table.add_column("kinetic energy")
+    rest = () if at_rest is None else ("at rest, Hz", "change")
+    numbers = ("#", "frequency, Hz", *(("±",) if hidden else ()), *rest, "damping ratio")
+    rows = []
     for number, mode in enumerate(found.modes, start=1):
         shares = sorted(mode.shares.kinetic.items(), key=lambda item: -item[1])
         where = ", ".join(f"{name} {share:.0%}" for name, share in shares if share >= 0.005)
         frequency, error = known[number - 1]
         cells = [str(number), frequency, *([error] if hidden else [])]
         if at_rest is not None:
-            rest = at_rest.modes[number - 1]
-            shift = mode.frequency_hz / rest.frequency_hz - 1.0 if rest.frequency_hz else 0.0
-            elastic = mode.kind != Kind.RIGID_BODY
-            cells += [known_to(rest)[0], f"{shift:+.3%}" if elastic else "–"]
-        table.add_row(*cells, f"{mode.damping_ratio:.5f}", mode.kind, where)
-    console().print(table)
+            cells += _at_rest(mode, at_rest.modes[number - 1])
+        rows.append((*cells, f"{mode.damping_ratio:.5f}", mode.kind, where))
+    table = Table((*numbers, "kind", "kinetic energy"), tuple(rows), frozenset(range(len(numbers))))
+    print_table(console(), f"{title}: modes by {route}{under}", table)
+
+
+def _at_rest(mode: Mode, rest: Mode) -> tuple[str, str]:
+    """A mode's frequency at rest, and how far the torque shifts it."""
+    shift = mode.frequency_hz / rest.frequency_hz - 1.0 if rest.frequency_hz else 0.0
+    return known_to(rest)[0], f"{shift:+.3%}" if mode.kind != Kind.RIGID_BODY else "–"
 
 
 def solved_modes(

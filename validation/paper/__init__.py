@@ -1,7 +1,8 @@
-"""The seed paper, checked: every table, figure and claim, each with a verdict that is computed."""
+"""The paper, checked: every table, figure, equation and claim, each with a computed verdict."""
 
-from .json_output import to_json
-from .results import PaperStudy, RowVerdict, Verdict
-from .study import item_names, paper_study
+from .item import Verdict
+from .result import PaperStudy
+from .study import paper_study
+from .tables import RowVerdict
 
-__all__ = ["PaperStudy", "RowVerdict", "Verdict", "item_names", "paper_study", "to_json"]
+__all__ = ["PaperStudy", "RowVerdict", "Verdict", "paper_study"]

@@ -11,7 +11,8 @@ from scipy.optimize import brentq
 from fbs import SecondOrderSystem, real_modes
 
 from ..routes import equations
-from .model import PaperCase
+from .bench import at_shaft
+from .case import PaperCase
 from .printed_values import GEAR_INERTIAS_KG, SHAFT_STIFFNESSES, PrintedMode
 
 
@@ -30,14 +31,14 @@ class Hypothesis:
 
 def hypotheses(case: PaperCase) -> Iterator[Hypothesis]:
     """Every printed k_sw with every printed inertia in the hub's place; stage B alone, and AB."""
-    b = case.planetary.name
+    b = case.b
     inertias = [("the hub as printed", case.coupling.hub_mass)]
     inertias += [
         (f"a hub of {mass:g} kg, which is {name}", mass) for name, mass in GEAR_INERTIAS_KG.items()
     ]
     for words, mass in inertias:
         for stiffness in SHAFT_STIFFNESSES:
-            shaft = f"k_sw = {stiffness:.0e} N/m".replace("e+0", "e")
+            shaft = at_shaft(stiffness)
             varied = case.with_shaft(stiffness)
             alone = equations.stage_system(varied.with_hub(2.0 * mass).drivetrain, b)
             yield Hypothesis(
@@ -140,7 +141,7 @@ def what_it_would_take(
 
 
 def _stage_a(case: PaperCase) -> tuple[float, ...]:
-    return _frequencies(equations.stage_system(case.drivetrain, case.parallel.name))
+    return _frequencies(equations.stage_system(case.drivetrain, case.a))
 
 
 def _solve(parameter: Parameter, target_hz: float) -> float | None:

@@ -1,4 +1,4 @@
-"""The seed paper's formulas as printed, faults included. Nothing else in the project uses them.
+"""The paper's formulas as printed, faults included. Nothing else in the project uses them.
 
 Where the print is ambiguous the reading is stated. What is right stands in `equations` (vectors of
 Eqs. 1 and 9), `fbs.coupling` (Eq. 15) and `fbs.condensation` (Eqs. 18–22, 28–31).
@@ -15,8 +15,8 @@ import numpy as np
 from fbs import Frf
 from mbs_models.model.parameters import ParallelStage, PlanetaryStage
 
+from ..arrays import ComplexArray, FloatArray
 from ..routes.equations import Deflection
-from .results import ComplexArray, FloatArray
 
 
 def ring_deflection(stage: PlanetaryStage, planet: str, phi: float) -> Deflection:
@@ -62,6 +62,27 @@ def bearing_matrix_a(stage: ParallelStage) -> FloatArray:
         *(gear.rocking_stiffness for gear in gears),
     ]
     return np.diag(diagonal)
+
+
+def masses_a(stage: ParallelStage, hub: float) -> list[float]:
+    """Diagonal of M_A (Eq. 6), in the order of Eq. (4); ``hub`` stands for the printed I_A."""
+    gears = (stage.pinion, stage.wheel)
+    return [
+        *(gear.rotary_mass(gear.base_radius) for gear in gears),
+        *(gear.mass for gear in gears * 2),
+        *(gear.rocking_mass for gear in gears),
+        hub / 2.0,
+    ]
+
+
+def masses_b(stage: PlanetaryStage, hub: float) -> list[float]:
+    """Diagonal of M_B (Eq. 10), in the order of Eq. (5); ``hub`` stands for the printed I_A."""
+    members = [(getattr(stage, name), stage.radius(name)) for name in ("sun", "carrier", "ring")]
+    members += [(stage.planet, stage.planet.base_radius)] * stage.planet_count
+    return [
+        hub / 2.0,
+        *(m for body, r in members for m in (body.mass, body.mass, body.rotary_mass(r))),
+    ]
 
 
 @dataclass(frozen=True)
@@ -235,13 +256,11 @@ def _subtracted(
     return coupled, a.responses + b.responses
 
 
-def condensed_a(
-    ab: Frf, a: tuple[str, ...], c: tuple[str, ...], b: tuple[str, ...]
-) -> ComplexArray:
+def condensed(ab: Frf, a: tuple[str, ...], c: tuple[str, ...], b: tuple[str, ...]) -> ComplexArray:
     """A_H = H_aa − H_ac (H_cc − H_cb H_bb⁻¹ H_bc)⁻¹ H_ca (Eq. 21), letter by letter.
 
-    It is Eq. (31) with c and b as slaves, but for H_ab, which the paper sets to zero under
-    Eq. (19) and which no coupled system has.
+    Eq. (22) is the same with a and b changed over. It is Eq. (31) with c and b as slaves, but for
+    H_ab, which the paper sets to zero under Eq. (19) and which no coupled system has.
     """
 
     def h(rows: tuple[str, ...], columns: tuple[str, ...]) -> ComplexArray:

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from fbs import RealModes
-from mbs_models.modal.mode_kinds import FAMILY_SHARE, REPEATED, Kind, family_bases, label_inertias
+from mbs_models.modal.mode_kinds import (
+    FAMILY_SHARE,
+    Kind,
+    family_bases,
+    label_inertias,
+    mode_groups,
+)
 
-from .model import PaperCase, Systems
-from .results import FloatArray, Resonance
+from ..arrays import FloatArray
+from .bench import Bench
+from .case import PaperCase
+from .item import Resonance
 
 SEEN = 1e-12
 """√(m_i m_j)|φ_i φ_j| of a mode an FRF does not see is round-off, below this."""
@@ -22,9 +28,9 @@ HUB_KIND = "hub"
 
 
 def resonances(
-    systems: Systems,
+    bench: Bench,
     part: str,
-    shaft: float,
+    shaft: float | None,
     pair: tuple[str, str],
     end_hz: float,
     name: str,
@@ -33,7 +39,7 @@ def resonances(
 
     Parameters
     ----------
-    systems, part, shaft
+    bench, part, shaft
         Which system.
     pair
         Response and excitation of the FRF that may see them.
@@ -42,9 +48,9 @@ def resonances(
     name
         What the figure calls the system.
     """
-    modes = systems.modes(part, shaft)
-    kinds = mode_kinds(systems.case.with_shaft(shaft), modes, part)
-    inertias = label_inertias(systems.case.drivetrain)
+    modes = bench.modes(part, shaft)
+    kinds = bench.once(mode_kinds, part, shaft)
+    inertias = label_inertias(bench.case.drivetrain)
     rows = [modes.dofs.index(label) for label in pair]
     weight = np.sqrt(inertias[pair[0]] * inertias[pair[1]])
     marks = []
@@ -57,36 +63,42 @@ def resonances(
     return tuple(marks)
 
 
-def repeated(modes: RealModes) -> Iterator[list[int]]:
+def repeated(modes: RealModes) -> list[list[int]]:
     """Elastic modes in groups of equal frequency."""
-    group: list[int] = []
-    f = modes.natural_frequencies
-    for mode in range(modes.n_rigid, len(f)):
-        if group and f[mode] - f[group[0]] > REPEATED * f[mode]:
-            yield group
-            group = []
-        group.append(mode)
-    if group:
-        yield group
+    return mode_groups(modes.natural_frequencies, modes.n_rigid)
 
 
-def mode_kinds(case: PaperCase, modes: RealModes, part: str) -> list[str]:
+def mode_kinds(bench: Bench, part: str, shaft: float | None = None) -> list[str]:
     """The kind of every mode of the whole, or of one stage with its half hub."""
+    case, modes = bench.case, bench.modes(part, shaft)
     if not part:
-        return _kinds_of_whole(case)
-    inertias = label_inertias(case.drivetrain)
-    mass = np.array([inertias[label] for label in modes.dofs])
-    mass[modes.dofs.index(case.hub)] /= 2.0
-    energy = mass[:, None] * modes.shapes**2
+        return _kinds_of_whole(case if shaft is None else case.with_shaft(shaft))
+    energy, mass = kinetic_energy(case, modes), _masses(case, modes)
+    hub = modes.dofs.index(case.hub)
     kinds: list[str] = [Kind.RIGID_BODY] * modes.n_rigid
     for mode in range(modes.n_rigid, modes.shapes.shape[1]):
-        if energy[modes.dofs.index(case.hub), mode] > HUB_SHARE * energy[:, mode].sum():
+        if energy[hub, mode] > HUB_SHARE:
             kinds.append(HUB_KIND)
-        elif part == case.parallel.name:
+        elif part == case.a:
             kinds.append(Kind.PARALLEL_STAGE)
         else:
             kinds.append(_family(case, modes, mode, np.sqrt(mass)))
     return kinds
+
+
+def kinetic_energy(case: PaperCase, modes: RealModes) -> FloatArray:
+    """(n_dof, n_mode) share of each DoF of a stage in each mode's kinetic energy."""
+    energy = _masses(case, modes)[:, None] * modes.shapes**2
+    shares: FloatArray = energy / energy.sum(axis=0)
+    return shares
+
+
+def _masses(case: PaperCase, modes: RealModes) -> FloatArray:
+    """(n_dof,) kg of a stage with its half hub."""
+    inertias = label_inertias(case.drivetrain)
+    mass = np.array([inertias[label] for label in modes.dofs])
+    mass[modes.dofs.index(case.hub)] /= 2.0
+    return mass
 
 
 def _kinds_of_whole(case: PaperCase) -> list[str]:
@@ -98,9 +110,9 @@ def _kinds_of_whole(case: PaperCase) -> list[str]:
 def _family(case: PaperCase, modes: RealModes, mode: int, root: FloatArray) -> str:
     """The family that holds a planetary mode's kinetic energy."""
     weighted = root * modes.shapes[:, mode]
-    rest = float(np.sum(weighted**2)) - float(weighted[modes.dofs.index(case.hub)] ** 2)
-    total, planets = rest, rest
-    for family, (labels, basis) in family_bases(case.planetary).items():
+    total = float(np.sum(weighted**2)) - float(weighted[modes.dofs.index(case.hub)] ** 2)
+    planets = total
+    for family, (labels, basis) in family_bases(case.planetary.planet_set).items():
         inside = weighted[[modes.dofs.index(label) for label in labels]]
         energy = float(np.sum((basis.T @ inside) ** 2))
         if energy >= FAMILY_SHARE * total:

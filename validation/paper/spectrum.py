@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from mbs_models.modal.mode_kinds import REPEATED, Kind, Mode
 
 from .printed_values import PrintedMode
-from .results import Found
 
 
 @dataclass(frozen=True)
@@ -47,13 +46,3 @@ def matches(printed: PrintedMode, line: Line, tolerance_hz: float) -> bool:
         abs(line.frequency_hz - printed.frequency_hz) <= tolerance_hz
         and line.multiplicity == printed.multiplicity
     )
-
-
-def nearest(printed: PrintedMode, lines: Sequence[Line]) -> Found | None:
-    """The line of the printed kind that is nearest to the printed frequency."""
-    of_kind = [line for line in lines if line.kind == printed.kind]
-    if not of_kind:
-        return None
-    line = min(of_kind, key=lambda each: abs(each.frequency_hz - printed.frequency_hz))
-    deviation = line.frequency_hz - printed.frequency_hz
-    return Found(line.frequency_hz, line.kind, line.multiplicity, deviation)

@@ -9,17 +9,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from mbs_models.model.parameters import Coupling, Drivetrain, Inertia, ParallelStage, PlanetaryStage
+from mbs_models.model.parameters import Coupling, Drivetrain
+from mbs_models.stages.part import Role
 from mbs_models.system.components import GROUND, Components, Spring, SpringKind
 
 from .drawing import page
-from .layout import PAGE, WIDTH, Disc, Layout, Panel, Role
+from .layout import PAGE, WIDTH, Disc, Layout, Panel
 from .symbols import Point, grounded_spring, group, line, number, path, spring, text
 
 HEIGHT, TOP, BOTTOM = 210.0, 56.0, 34.0
 THICK = 13.0  # of a gear
 LEAST = 7.0  # half height of the smallest body
-SPREAD = {Coupling: 0.9, Inertia: 0.8, ParallelStage: 1.3, PlanetaryStage: 2.0}
+BESIDE = 26.0  # from one rotor of a part to the next
 
 
 @dataclass(frozen=True)
@@ -69,6 +70,9 @@ class SideView:
                 return column.x + 19.0 * self.carrier_side(column)
             case Role.SUN | Role.PLANET | Role.RING:
                 return column.x - 19.0 * self.carrier_side(column)
+            case Role.ROTOR:
+                rotors = [d.body for d in column.panel.discs if d.role is Role.ROTOR]
+                return column.x + BESIDE * (rotors.index(disc.body) - (len(rotors) - 1) / 2.0)
         return column.x
 
     def at(self, body: str) -> Point:
@@ -91,9 +95,14 @@ class SideView:
 def draw_shafts(drivetrain: Drivetrain, layout: Layout, parts: Components) -> str:
     """The side view of the whole drivetrain."""
     view = _view(drivetrain, layout)
+    hubs = [coupling.name for coupling in drivetrain.couplings]
     drawn = "".join(
         _shafts(drivetrain, view, coupling, parts.springs) for coupling in drivetrain.couplings
     )
+    for one in parts.springs:
+        first, second = (end.body for end in one.ends)
+        if one.kind is SpringKind.SHAFT and not {first, second} & {*hubs}:
+            drawn += _shaft(one, view.at(first), view.at(second))
     for column in view.columns.values():
         drawn += _part(view, column)
     drawn += _headings(list(view.columns.values()))
@@ -108,14 +117,14 @@ def draw_shafts(drivetrain: Drivetrain, layout: Layout, parts: Components) -> st
 
 
 def _view(drivetrain: Drivetrain, layout: Layout) -> SideView:
-    weights = [SPREAD[type(panel.item)] for panel in layout.panels]
+    weights = [_spread(panel) for panel in layout.panels]
     unit = min(WIDTH / sum(weights), 165.0)
     left = (WIDTH - unit * sum(weights)) / 2.0
     columns: dict[str, Column] = {}
     for panel, weight in zip(layout.panels, weights, strict=True):
         columns[panel.item.name] = Column(panel, left + unit * weight / 2.0, unit * weight)
         left += unit * weight
-    discs = [d for p in layout.panels for d in p.discs if d.role not in (Role.HUB, Role.ROTOR)]
+    discs = [d for p in layout.panels for d in p.discs if d.to_scale]
     discs = discs or [d for p in layout.panels for d in p.discs]
     middle = [float((PAGE @ disc.centre)[1]) for disc in discs]
     low = min(y - d.outer for y, d in zip(middle, discs, strict=True))
@@ -123,6 +132,15 @@ def _view(drivetrain: Drivetrain, layout: Layout) -> SideView:
     ends = [(end, coupling.name) for coupling in drivetrain.couplings for end, _ in coupling.ends]
     hubs = {body: tuple(hub for end, hub in ends if end == body) for body, _ in ends}
     return SideView(columns, hubs, HEIGHT / (high - low), low)
+
+
+def _spread(panel: Panel) -> float:
+    """How much room along the shafts a panel's bodies take."""
+    roles = [disc.role for disc in panel.discs]
+    if Role.CARRIER in roles:
+        return 2.0
+    rotors = 0.8 + BESIDE / 165.0 * (roles.count(Role.ROTOR) - 1)
+    return 0.9 if Role.HUB in roles else rotors if Role.ROTOR in roles else 1.3
 
 
 def _headings(columns: Sequence[Column]) -> str:
@@ -147,7 +165,7 @@ def _headings(columns: Sequence[Column]) -> str:
 
 
 def _part(view: SideView, column: Column) -> str:
-    if isinstance(column.panel.item, PlanetaryStage):
+    if {Role.SUN, Role.RING, Role.CARRIER, Role.PLANET} <= {d.role for d in column.panel.discs}:
         return _planetary(view, column)
     return "".join(_bar(view, disc) for disc in column.panel.discs)
 
@@ -204,13 +222,17 @@ def _shafts(
         start = _shaft_end(view, body, hub[0])
         one = found.get(frozenset((body, coupling.name)))
         if one is not None:
-            words = f"{one.name}: {float(one.stiffness[0, 0]):.4g} N m/rad"
-            drawn += group(_sprung(start, hub), title=words)
+            drawn += _shaft(one, start, hub)
         elif stiffness == "rigid":
             drawn += line(start, hub, "shaft")
         else:
             drawn += _open(start, hub)
     return drawn
+
+
+def _shaft(one: Spring, start: Point, end: Point) -> str:
+    words = f"{one.name}: {float(one.stiffness[0, 0]):.4g} N m/rad"
+    return group(_sprung(start, end), title=words)
 
 
 def _shaft_end(view: SideView, body: str, towards: float) -> Point:

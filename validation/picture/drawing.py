@@ -8,10 +8,11 @@ from html import escape
 
 import numpy as np
 
-from mbs_models.model.parameters import Coupling, Drivetrain, Inertia, ParallelStage, PlanetaryStage
+from mbs_models.model.parameters import Coupling, Drivetrain
+from mbs_models.stages.part import Part, Role
 from mbs_models.system.components import GROUND, Spring, SpringKind
 
-from .layout import PAGE, WIDTH, Disc, Layout, Panel, Role
+from .layout import PAGE, WIDTH, Disc, Layout, Panel
 from .symbols import (
     Point,
     arrow,
@@ -60,10 +61,13 @@ def panel_frame(panel: Panel) -> str:
     about = _about(panel)
     words = text((middle, top + 13.0), panel.item.name, "title")
     words += text((middle, top + 27.0), about, "about")
+    if isinstance(panel.item, Coupling):
+        return words
     if panel.enlargement:
-        words += _scale_bar(panel) + _axes((left + 16.0, top + height - 36.0), panel)
-    elif isinstance(panel.item, Inertia):
-        words += text((middle, top + height - 6.0), f"r = {panel.item.radius:.4g} m", "about")
+        words += _scale_bar(panel) + _axes((left + 16.0, top + height - 36.0), panel.item, panel)
+    else:
+        radius = max(disc.radius for disc in panel.discs)
+        words += text((middle, top + height - 6.0), f"r = {radius:.4g} m", "about")
     return words
 
 
@@ -71,13 +75,8 @@ def _about(panel: Panel) -> str:
     item = panel.item
     if isinstance(item, Coupling):
         return "hub"
-    if isinstance(item, Inertia):
-        return "inertia"
-    seen = ", seen from behind" if panel.frame.facing < 0.0 else ""
-    if isinstance(item, PlanetaryStage):
-        return f"{item.planet_count} planets{seen}"
-    helix = f", helix {item.helix_angle:g}°" if item.helix_angle else ""
-    return f"parallel stage{helix}{seen}"
+    behind = panel.enlargement and panel.frame.facing < 0.0
+    return f"{item.caption}{', seen from behind' if behind else ''}"
 
 
 def _scale_bar(panel: Panel) -> str:
@@ -96,11 +95,10 @@ def _scale_bar(panel: Panel) -> str:
     return f'<path class="axis" d="{d}"/>' + text((right, bottom - 6.0), words, "about", "end")
 
 
-def _axes(at: Point, panel: Panel) -> str:
+def _axes(at: Point, item: Part, panel: Panel) -> str:
     """The part's two transverse directions, as its frame has them."""
-    names = ("x", "y") if isinstance(panel.item, ParallelStage) else ("u", "v")
     drawn = ""
-    for name, direction in zip(names, np.eye(3), strict=False):
+    for name, direction in zip(item.axes, np.eye(3), strict=False):
         x, y = PAGE @ panel.frame.direction(direction)
         drawn += arrow(at, (at[0] + 20.0 * x, at[1] + 20.0 * y), "axis")
         drawn += text((at[0] + 27.0 * x, at[1] + 27.0 * y + 3.0), name, "about")
@@ -241,10 +239,10 @@ def _draw_spring(panel: Panel, one: Spring) -> str:
         content = "".join(_bearing(panel, one))
     elif one.kind is SpringKind.TORSION:
         content = _torsion(panel, one)
-    return group(content, title=_in_words(one)) if content else ""
+    return group(content, title=_describe(one)) if content else ""
 
 
-def _in_words(one: Spring) -> str:
+def _describe(one: Spring) -> str:
     values = " and ".join(f"{value:.4g}" for value in np.linalg.eigvalsh(one.stiffness))
     unit = "N m/rad" if one.kind in (SpringKind.TORSION, SpringKind.ROCKING) else "N/m"
     return f"{one.name}: {values} {unit}"

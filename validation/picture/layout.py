@@ -8,31 +8,23 @@ the exudyn system: where the two do not fit, it shows.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import StrEnum
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mbs_models.model.gear_geometry import radial
-from mbs_models.model.parameters import (
-    Coupling,
-    Drivetrain,
-    Inertia,
-    ParallelStage,
-    Part,
-    PlanetaryStage,
-)
-from mbs_models.model.placement import Frame, neighbours
-from mbs_models.stages.parallel_stage import body_centres
+from mbs_models.model.graph import walk
+from mbs_models.model.parameters import Coupling, Drivetrain, Part
+from mbs_models.model.placement import place_parts
+from mbs_models.stages.geometry import Frame
+from mbs_models.stages.part import Member, Role
 from mbs_models.system.components import GROUND, Components, Spring, SpringKind
-from mbs_models.system.drivetrain import place_parts
 
 Array = NDArray[np.float64]
 Point = tuple[float, float]
-Item = ParallelStage | PlanetaryStage | Inertia | Coupling
+Item = Part | Coupling
 
 PAGE = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])  # global (x, y, z) → page (right, down)
 WIDTH = 1000.0
@@ -41,19 +33,6 @@ ENLARGEMENTS = [m * 10**e for e in range(9) for m in (1, 2, 5)]
 ROOMS = ((3, 270.0), (6, 190.0), (1000, 150.0))  # the largest stage's size, by how many there are
 LETTER = 8.2  # of a title
 ROTOR, HUB = 44.0, 30.0  # drawn radius of what is not to scale
-
-
-class Role(StrEnum):
-    """What a body is drawn as."""
-
-    PINION = "pinion"
-    WHEEL = "wheel"
-    SUN = "sun"
-    RING = "ring"
-    CARRIER = "carrier"
-    PLANET = "planet"
-    ROTOR = "rotor"
-    HUB = "hub"
 
 
 @dataclass(frozen=True)
@@ -65,6 +44,17 @@ class Disc:
     centre: Array
     radius: float
     pitch: float
+
+    @classmethod
+    def of(cls, member: Member, frame: Frame) -> Self:
+        """A part's body where it stands."""
+        pitch = member.radius if member.pitch_radius is None else member.pitch_radius
+        return cls(member.body, member.role, frame.point(member.centre), member.radius, pitch)
+
+    @property
+    def to_scale(self) -> bool:
+        """Whether its size is that of a gear: the radius of hubs and rotors says nothing."""
+        return self.role not in (Role.HUB, Role.ROTOR)
 
     @property
     def outer(self) -> float:
@@ -137,7 +127,7 @@ def lay_out(drivetrain: Drivetrain, parts: Components) -> Layout:
     frames = place_parts(drivetrain)
     items = in_order(drivetrain)
     discs = [item_discs(drivetrain, item, frames) for item in items]
-    scales = _scales(items, discs)
+    scales = _scales(discs)
     panels: list[Panel] = []
     sizes = [
         _size(found, scale, item)
@@ -158,78 +148,31 @@ def lay_out(drivetrain: Drivetrain, parts: Components) -> Layout:
 
 def in_order(drivetrain: Drivetrain) -> list[Item]:
     """Parts and couplings along the train, from the end nearest to the first stage."""
-    found: list[Item] = []
+    ends = [{body.partition(".")[0] for body in c.bodies} for c in drivetrain.couplings]
     first = drivetrain.parts[0].name
-    near = {there.partition(".")[0] for _, there in neighbours(drivetrain, first)}
+    near = {name for pair in ends if first in pair for name in pair}
 
     def from_the_end(part: Part) -> tuple[bool, int]:
-        inside = len(_joined(drivetrain, part.name)) > 1
+        inside = sum(part.name in pair for pair in ends) > 1
         return inside, 0 if part.name == first else 1 if part.name in near else 2
 
-    for part in sorted(drivetrain.parts, key=from_the_end):
-        if part not in found:
-            found += _walk(drivetrain, part.name, found)
-    return found
-
-
-def _joined(drivetrain: Drivetrain, name: str) -> list[Coupling]:
-    return [
-        coupling
-        for coupling in drivetrain.couplings
-        if name in (coupling.first.partition(".")[0], coupling.second.partition(".")[0])
-    ]
-
-
-def _walk(drivetrain: Drivetrain, name: str, known: Sequence[Item]) -> list[Item]:
-    walked: list[Item] = [drivetrain.part(name)]
-    for coupling in _joined(drivetrain, name):
-        if coupling in (*known, *walked):
-            continue
-        walked.append(coupling)
-        for body in (coupling.first, coupling.second):
-            other = drivetrain.part(body.partition(".")[0])
-            if other not in (*known, *walked):
-                walked += _walk(drivetrain, other.name, [*known, *walked])
-    return walked
+    found: dict[str, Item] = {}
+    names = [part.name for part in sorted(drivetrain.parts, key=from_the_end)]
+    for coupling, _, there in walk(names, drivetrain.couplings):
+        if coupling is not None:
+            found[coupling.name] = coupling
+        part = drivetrain.part(there.partition(".")[0])
+        found.setdefault(part.name, part)
+    return list(found.values())
 
 
 def item_discs(drivetrain: Drivetrain, item: Item, frames: dict[str, Frame]) -> tuple[Disc, ...]:
     """The bodies of a stage, an inertia, or a coupling's hub, where they stand."""
     if isinstance(item, Coupling):
-        centre = body_centre(drivetrain, item.first, frames)
+        frame = frames[item.first.partition(".")[0]]
+        centre = frame.point(drivetrain.member(item.first).centre)
         return (Disc(item.name, Role.HUB, centre, item.radius, item.radius),)
-    frame = frames[item.name]
-    if isinstance(item, Inertia):
-        return (Disc(item.name, Role.ROTOR, frame.origin, item.radius, item.radius),)
-    return tuple(_stage_discs(item, frame))
-
-
-def _stage_discs(stage: ParallelStage | PlanetaryStage, frame: Frame) -> Iterator[Disc]:
-    if isinstance(stage, ParallelStage):
-        to_pitch = 1.0 / math.cos(math.radians(stage.pressure_angle))
-        for name, centre in body_centres(stage).items():
-            r = stage.radius(name)
-            yield Disc(f"{stage.name}.{name}", Role(name), frame.point(centre), r, r * to_pitch)
-        return
-    pitch = {
-        "ring": stage.ring_radius / math.cos(stage.ring_mesh_angle),
-        "carrier": stage.carrier_radius,
-        "sun": stage.sun.base_radius / math.cos(stage.sun_mesh_angle),
-    }
-    for name, pitch_radius in pitch.items():
-        r = stage.radius(name)
-        yield Disc(f"{stage.name}.{name}", Role(name), frame.origin, r, pitch_radius)
-    r = stage.planet.base_radius
-    for number, angle in enumerate(stage.angles, start=1):
-        centre = frame.point(stage.carrier_radius * radial(angle))
-        pitch_radius = r / math.cos(stage.sun_mesh_angle)
-        yield Disc(f"{stage.name}.planet{number}", Role.PLANET, centre, r, pitch_radius)
-
-
-def body_centre(drivetrain: Drivetrain, body: str, frames: dict[str, Frame]) -> Array:
-    """Centre of a body that a coupling can join (m, global)."""
-    part = drivetrain.part(body.partition(".")[0])
-    return next(disc.centre for disc in item_discs(drivetrain, part, frames) if disc.body == body)
+    return tuple(Disc.of(member, frames[item.name]) for member in item.members())
 
 
 def _springs_among(springs: Sequence[Spring], bodies: set[str]) -> tuple[Spring, ...]:
@@ -247,32 +190,32 @@ def _box(discs: Sequence[Disc]) -> tuple[Array, Array]:
     return np.min(centres - outer, axis=0), np.max(centres + outer, axis=0)
 
 
-def _scales(items: Sequence[Item], discs: Sequence[Sequence[Disc]]) -> list[tuple[float, int]]:
+def _scales(discs: Sequence[Sequence[Disc]]) -> list[tuple[float, int]]:
     """Scale and enlargement of every panel; a stage far smaller than the largest is enlarged."""
-    boxes = [np.subtract(*reversed(_box(found))) for found in discs]
-    stages = [
-        box
-        for item, box in zip(items, boxes, strict=True)
-        if isinstance(item, ParallelStage | PlanetaryStage)
-    ]
+    sizes = [float(max(np.subtract(*reversed(_box(found))))) for found in discs]
+    stages = [size for size, own in zip(sizes, discs, strict=True) if _to_scale(own)]
     room = next(height for most, height in ROOMS if len(stages) <= most)
-    common = room / max((float(max(box)) for box in stages), default=1.0)
+    common = room / max(stages, default=1.0)
     found: list[tuple[float, int]] = []
-    for item, box, own in zip(items, boxes, discs, strict=True):
-        if isinstance(item, Inertia | Coupling):
-            drawn = HUB if isinstance(item, Coupling) else ROTOR
-            found.append((drawn / own[0].radius, 0))
-        else:
-            size = float(max(box)) * common
-            factor = next((f for f in ENLARGEMENTS if f * size >= 0.4 * room), ENLARGEMENTS[-1])
+    for size, own in zip(sizes, discs, strict=True):
+        if _to_scale(own):
+            drawn = size * common
+            factor = next((f for f in ENLARGEMENTS if f * drawn >= 0.4 * room), ENLARGEMENTS[-1])
             found.append((common * factor, factor))
+        else:
+            largest = max(own, key=lambda disc: disc.radius)
+            found.append(((HUB if largest.role is Role.HUB else ROTOR) / largest.radius, 0))
     return found
+
+
+def _to_scale(discs: Sequence[Disc]) -> bool:
+    return any(disc.to_scale for disc in discs)
 
 
 def _size(discs: Sequence[Disc], scale: float, item: Item) -> Point:
     low, high = _box(discs)
     width, height = scale * (high - low)
-    margin = 110.0 if isinstance(item, ParallelStage | PlanetaryStage) else 34.0
+    margin = 110.0 if _to_scale(discs) else 34.0
     title = LETTER * len(item.name)
     return max(float(width) + margin, title), float(height) + margin * 0.6 + HEADER + FOOTER
 

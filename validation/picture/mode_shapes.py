@@ -15,11 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbs_models.modal.mode_kinds import Mode, Modes
+from mbs_models.stages.part import Role
 from mbs_models.system.components import Components, Spring, SpringKind
 
 from ..report.style import KIND_COLORS
 from .drawing import draw_panel, page
-from .layout import FOOTER, HEADER, Disc, Layout, Panel, Role
+from .layout import FOOTER, HEADER, Disc, Layout, Panel
 from .motion import Motion, body_motion, displacements, largest_motion, mesh_motion
 from .symbols import Point, arc_arrow, arrow, circle, group, line, number, path, text
 

@@ -39,6 +39,7 @@ KIND_COLORS: Mapping[str, str] = {
     Kind.TRANSLATIONAL: ORANGE,
     Kind.PLANET: GREEN,
     Kind.PARALLEL_STAGE: PURPLE,
+    Kind.STAGE: SKY,
     Kind.GLOBAL: BLACK,
     Kind.MIXED: VERMILLION,
 }

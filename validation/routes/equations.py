@@ -1,7 +1,7 @@
-"""The paper's lumped matrices from mesh vectors: the third witness.
+"""The paper's lumped matrices from mesh vectors: a route of their own.
 
 Every spring of stiffness k deflects by δ = vᵀq, so K = Σ k v vᵀ; C = β K + α M element by element.
-The vectors are the printed equations (seed paper, Eqs. 1 and 9), with two misprints put right:
+The vectors are the printed equations (the paper, Eqs. 1 and 9), with two misprints put right:
 δ_rp has u_r where the paper prints u_c, and φ_rp = φ_p + α_r (Lin & Parker 1999). Appendix A's
 blocks are not used: as printed they are no sums of outer products. Nothing here knows exudyn or
 positions in space.
@@ -9,15 +9,17 @@ positions in space.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import singledispatch
 from math import cos, radians, sin
+from typing import TypeVar
 
 import numpy as np
 
 from fbs import SecondOrderSystem
 from mbs_models.errors import ModelError
-from mbs_models.model.bodies import Bearing, Matrix2
+from mbs_models.model import parameters
 from mbs_models.model.parameters import (
     Coupling,
     Damping,
@@ -27,18 +29,25 @@ from mbs_models.model.parameters import (
     Part,
     PlanetaryStage,
 )
-from mbs_models.model.placement import facings, rigid_end, translation_ends, turning
+from mbs_models.model.placement import hub_ratios, rigid_end, translation_ends
+from mbs_models.stages.bodies import Bearing, Matrix2
+from mbs_models.stages.part import mesh_name
 
 Deflection = Mapping[str, float]  # DoF label -> coefficient in δ = Σ c·q
+P = TypeVar("P", bound=Part)
 
 
 @dataclass(frozen=True)
 class Spring:
-    """A spring (N/m) and the damper beside it (N s/m; None: β k), with their deflection δ = vᵀq."""
+    """A spring (N/m) and the damper beside it (N s/m; None: β k), with their deflection δ = vᵀq.
+
+    ``mesh`` is the name of the mesh that it is, if it is one.
+    """
 
     stiffness: float
     deflection: Deflection
     damping: float | None = None
+    mesh: str = ""
 
 
 @dataclass(frozen=True)
@@ -59,30 +68,30 @@ class Lumped:
 
 
 def drivetrain_system(drivetrain: Drivetrain) -> SecondOrderSystem:
-    """M, C, K of the whole drivetrain (seed paper, Eqs. 2, 11, 12)."""
+    """M, C, K of the whole drivetrain (the paper, Eqs. 2, 11, 12)."""
     return assemble(drivetrain_elements(drivetrain), drivetrain.damping)
 
 
 def drivetrain_elements(drivetrain: Drivetrain) -> Lumped:
     """Inertias, springs and ties of the whole drivetrain."""
-    lumped = Lumped()
+    lumped, ratios = Lumped(), hub_ratios(drivetrain)
     for part in drivetrain.parts:
-        lumped += _part(part)
+        lumped += part_elements(part)
     for coupling in drivetrain.couplings:
-        lumped += _hub(drivetrain, coupling, coupling.ends, share=1.0)
+        lumped += _hub(ratios, coupling, coupling.ends, share=1.0)
         lumped += _translations(drivetrain, coupling)
     return lumped
 
 
 def stage_system(drivetrain: Drivetrain, name: str) -> SecondOrderSystem:
-    """M, C, K of one stage with its halves of the hubs (seed paper, Eqs. 6, 7, 10)."""
-    lumped = _part(drivetrain.part(name))
+    """M, C, K of one stage with its halves of the hubs (the paper, Eqs. 6, 7, 10)."""
+    lumped, ratios = part_elements(drivetrain.part(name)), hub_ratios(drivetrain)
     for coupling in drivetrain.couplings:
         ends = [end for end in coupling.ends if end[0].partition(".")[0] == name]
         if coupling.massless:  # cut at the rigid end, its spring left to the joint
             ends = [end for end in ends if end == rigid_end(coupling)]
         if ends:
-            lumped += _hub(drivetrain, coupling, ends, share=0.5)
+            lumped += _hub(ratios, coupling, ends, share=0.5)
     return assemble(lumped, drivetrain.damping)
 
 
@@ -160,11 +169,44 @@ def _resolve(ties: Iterable[tuple[str, tuple[str, float]]]) -> dict[str, tuple[s
     return derived
 
 
-def _part(part: Part) -> Lumped:
-    if isinstance(part, Inertia):
-        spring = Spring(part.support_stiffness, {f"{part.name}.w": 1.0})
-        return Lumped(((f"{part.name}.w", part.rotary_mass),), (spring,))
-    return _parallel(part) if isinstance(part, ParallelStage) else _planetary(part)
+@singledispatch
+def part_elements(part: Part) -> Lumped:
+    """Inertias and springs of a stage or an inertia: one function for each type.
+
+    Raises
+    ------
+    ModelError
+        The type has none.
+    """
+    raise ModelError(
+        f"'{part.name}': {type(part).__name__} has no equations; register it by "
+        "validation.register_stage"
+    )
+
+
+def register_stage(stage_type: type[P], *, equations: Callable[[P], Lumped]) -> None:
+    """Let drivetrains have stages of another type, built by exudyn and by equations.
+
+    Parameters
+    ----------
+    stage_type
+        Derived from `mbs_models.Part`, which see.
+    equations
+        Inertias and springs of such a stage, from its parameters alone.
+
+    Raises
+    ------
+    ModelError
+        It is no stage type, or its name is taken.
+    """
+    parameters.register_stage(stage_type)
+    part_elements.register(stage_type, equations)
+
+
+@part_elements.register
+def _inertia(part: Inertia) -> Lumped:
+    spring = Spring(part.support_stiffness, {f"{part.name}.w": 1.0})
+    return Lumped(((f"{part.name}.w", part.rotary_mass),), (spring,))
 
 
 def _bearing(bearing: Bearing, first: Deflection, second: Deflection) -> list[Spring]:
@@ -194,6 +236,7 @@ def _principal(matrix: Matrix2) -> tuple[Sequence[float], Sequence[Sequence[floa
     return list(values), [list(column) for column in vectors.T]
 
 
+@part_elements.register
 def _parallel(stage: ParallelStage) -> Lumped:
     """Eqs. 6–9, with the rocking entries sin β·(ρ₁ − ρ₂) that Eq. 9 leaves out."""
     inertias: list[tuple[str, float]] = []
@@ -208,7 +251,8 @@ def _parallel(stage: ParallelStage) -> Lumped:
         ]
         springs += _bearing(gear.support, {f"{at}.y": 1.0}, {f"{at}.z": 1.0})
         springs.append(Spring(gear.rocking_stiffness, {f"{at}.rho": 1.0}))
-    springs.append(Spring(stage.mesh_stiffness, parallel_mesh(stage)))
+    name = mesh_name(f"{stage.name}.pinion", f"{stage.name}.wheel")
+    springs.append(Spring(stage.mesh_stiffness, parallel_mesh(stage), mesh=name))
     return Lumped(tuple(inertias), tuple(springs))
 
 
@@ -223,6 +267,7 @@ def parallel_mesh(stage: ParallelStage) -> Deflection:
     }
 
 
+@part_elements.register
 def _planetary(stage: PlanetaryStage) -> Lumped:
     """Lin & Parker's gear set: Eq. 10 and the springs behind Appendix A."""
     inertias: list[tuple[str, float]] = []
@@ -237,8 +282,17 @@ def _planetary(stage: PlanetaryStage) -> Lumped:
         rotary = body.rotary_mass(body.base_radius)
         inertias += _plane_inertias(f"{stage.name}.{planet}", body.mass, rotary)
         springs += [
-            Spring(stage.sun_meshes[number - 1], sun_mesh(stage, planet, phi)),
-            Spring(stage.ring_meshes[number - 1], ring_mesh(stage, planet, phi)),
+            *(
+                Spring(
+                    stiffness[number - 1],
+                    deflection(stage, planet, phi),
+                    mesh=mesh_name(f"{stage.name}.{gear}", f"{stage.name}.{planet}"),
+                )
+                for gear, stiffness, deflection in (
+                    ("sun", stage.sun_meshes, sun_mesh),
+                    ("ring", stage.ring_meshes, ring_mesh),
+                )
+            ),
             *_bearing(
                 stage.planet_support,
                 _planet_bearing_radial(stage, planet, phi),
@@ -298,20 +352,17 @@ def _planet_bearing_tangential(stage: PlanetaryStage, planet: str, phi: float) -
 
 
 def _hub(
-    drivetrain: Drivetrain,
+    ratios: Mapping[tuple[str, str], float],
     coupling: Coupling,
     ends: Sequence[tuple[str, float | str]],
     share: float,
 ) -> Lumped:
     """A share of the hub's inertia and its springs δ = (r/r_body)·w_body − w_hub."""
-    facing = facings(drivetrain)
     hub = f"{coupling.name}.w"
     springs: list[Spring] = []
     ties: list[tuple[str, tuple[str, float]]] = []
     for body, stiffness in ends:
-        ratio = coupling.radius / drivetrain.radius(body)
-        # −1 only in a loop that no orientation of its parts can satisfy.
-        ratio *= turning(facing, coupling.first) * turning(facing, body)
+        ratio = ratios[coupling.name, body]
         if not isinstance(stiffness, str):
             springs.append(Spring(stiffness, {f"{body}.w": ratio, hub: -1.0}))
         elif ties:

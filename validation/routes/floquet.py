@@ -24,17 +24,14 @@ from numpy.typing import NDArray
 from fbs import SecondOrderSystem
 from fbs.periodic.periodic_springs import SAME_PERIOD
 from mbs_models.contact.mesh_excitation import MeshLaw
-from mbs_models.model.parameters import Drivetrain, ParallelStage
-from mbs_models.system.components import mesh_name
+from mbs_models.model.parameters import Drivetrain
 
 from ..errors import CommandError
 from .equations import (
     Deflection,
+    drivetrain_elements,
     drivetrain_system,
-    parallel_mesh,
     rigid_body_motions,
-    ring_mesh,
-    sun_mesh,
 )
 
 FloatArray = NDArray[np.float64]
@@ -168,24 +165,11 @@ def mesh_vectors(
     drivetrain: Drivetrain, system: SecondOrderSystem
 ) -> dict[str, tuple[float, FloatArray]]:
     """Mesh → stiffness k (N/m) and vector v (n_dof,) of its deflection vᵀq."""
-    found: dict[str, tuple[float, FloatArray]] = {}
-    for stage in drivetrain.stages:
-        at = stage.name
-        if isinstance(stage, ParallelStage):
-            name = mesh_name(f"{at}.pinion", f"{at}.wheel")
-            found[name] = stage.mesh_stiffness, _vector(parallel_mesh(stage), system)
-            continue
-        families = (
-            ("sun", stage.sun_meshes, sun_mesh),
-            ("ring", stage.ring_meshes, ring_mesh),
-        )
-        for number, angle in enumerate(stage.angles, start=1):
-            planet = f"planet{number}"
-            for member, stiffness, deflection in families:
-                name = mesh_name(f"{at}.{member}", f"{at}.{planet}")
-                vector = _vector(deflection(stage, planet, angle), system)
-                found[name] = stiffness[number - 1], vector
-    return found
+    return {
+        spring.mesh: (spring.stiffness, _vector(spring.deflection, system))
+        for spring in drivetrain_elements(drivetrain).springs
+        if spring.mesh
+    }
 
 
 def _vector(deflection: Deflection, system: SecondOrderSystem) -> FloatArray:

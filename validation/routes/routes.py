@@ -26,7 +26,7 @@ from fbs import (
     modal_frf,
 )
 from mbs_models.model.parameters import Coupling, Drivetrain
-from mbs_models.model.placement import facings, rigid_end, translation_ends, turning
+from mbs_models.model.placement import hub_ratios, rigid_end, translation_ends
 
 from ..errors import CommandError
 from . import equations
@@ -117,9 +117,7 @@ def shaft_joint(drivetrain: Drivetrain, coupling: Coupling) -> Joint | None:
     far, stiffness = next(end for end in coupling.ends if end != near)
     if stiffness == 0.0:
         return None
-    facing = facings(drivetrain)
-    alike = turning(facing, coupling.first) * turning(facing, far)
-    ratio = alike * coupling.radius / drivetrain.radius(far)
+    ratio = hub_ratios(drivetrain)[coupling.name, far]
     return _joint(
         drivetrain, (near[0].partition(".")[0], f"{coupling.name}.w"), f"{far}.w", ratio, stiffness
     )

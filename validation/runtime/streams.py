@@ -9,13 +9,15 @@ from __future__ import annotations
 import os
 import re
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from time import monotonic
 from typing import TextIO
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from .progress import Progress as Step
 
 BETWEEN_LINES = 10.0  # s, of progress where there is no terminal
 LONGEST = 1000  # characters of a message, of which the last are kept, too
@@ -87,7 +89,7 @@ def prepare_streams() -> None:
 
 
 @contextmanager
-def progress_bars() -> Iterator[Callable[[str, int, int], None]]:
+def progress_bars() -> Iterator[Step]:
     """A progress bar on standard error, gone when done; where nobody watches, a line now and then.
 
     A line every ten seconds: what is done before is not worth one.
@@ -117,10 +119,10 @@ class _Lines:
     """Progress line by line."""
 
     def __init__(self) -> None:
-        self.began = self.told = monotonic()
+        self.began = self.last = monotonic()
 
     def __call__(self, name: str, done: int, total: int) -> None:
         now = monotonic()
-        if now - self.told >= BETWEEN_LINES:
-            self.told = now
+        if now - self.last >= BETWEEN_LINES:
+            self.last = now
             tell(f"{name}: {done} of {total}, {now - self.began:.0f} s")

@@ -3,49 +3,47 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 
 from mbs_models.integration.fingerprint import fingerprint
+from mbs_models.integration.run_store import remove_run
 from mbs_models.integration.time_integration import SimulationError
 from mbs_models.model.model_file import folder_of, load
-from mbs_models.model.parameters import Drivetrain
 
 from ..errors import CommandError
-from ..runtime.interruption import on_interrupt
-from ..runtime.output_folder import WORK, held
-from ..runtime.streams import progress_bars, warn
-from .console import findings
-from .options import excitations_asked, levels_asked
-from .output import FORMATS, remove_pieces, write_simulation
-from .results import Request, Simulation
-from .run import PlannedRun
+from ..report.command import run_study
+from ..report.publish import publish
+from ..runtime.output_folder import WORK
+from ..runtime.progress import Progress
+from .console import print_result
+from .options import Options, chosen_excitations, parse_levels, turns
+from .records import FORMATS
+from .result import SimulationResult
+from .run import BACKWARD, FORWARD, PlannedRun
 
 PIECES = "simulate"  # in the private folder, of an unfinished run
 
 
-@dataclass(frozen=True)
-class Options:
-    """The command line's options, as typed."""
-
-    model: str
-    excitation: Sequence[str]
-    response: tuple[str, ...] | None
-    duration: float | None
-    fmax: float | None
-    sampling: float | None
-    integrator: str | None
-    step: float | None
-    speed: float | None
-    torque: float | None
-    levels: str | None
-    reverse: bool
-    out: Path
-    save: Sequence[str]
-
-
-def carry_out(options: Options) -> Simulation:
+def run_command(
+    model: str,
+    out: Path,
+    *,
+    excitation: Sequence[str],
+    levels: str | None,
+    save: Sequence[str],
+    options: Options,
+) -> SimulationResult:
     """Run, write the report and what else was asked for, and print what was found.
+
+    Parameters
+    ----------
+    model, out
+        What is run, and where its files go.
+    excitation, levels, save
+        As typed.
+    options
+        All the others.
 
     Raises
     ------
@@ -54,57 +52,47 @@ def carry_out(options: Options) -> Simulation:
     Interrupted
         By Ctrl-C; the same command goes on from the pieces run.
     """
-    for name in options.save:
+    for name in save:
         if name not in FORMATS:
             raise CommandError(f"--save = {name!r}: must be npz, csv or uff")
-    drivetrain = load(options.model)
-    request = Request(
-        excitations=excitations_asked(
+    drivetrain = load(model)
+    options = replace(
+        options,
+        excitations=chosen_excitations(
             drivetrain,
-            options.excitation,
-            folder=folder_of(options.model) if not options.excitation else Path(),
+            excitation,
+            folder=folder_of(model) if not excitation else Path(),
             duration=options.duration,
-            sampling_frequency=options.sampling,
-            turning=_turns(drivetrain, options),
+            sampling_frequency=options.sampling_frequency,
+            turning=turns(drivetrain, options),
             fmax=options.fmax,
         ),
-        responses=options.response,
-        duration=options.duration,
-        fmax=options.fmax,
-        sampling_frequency=options.sampling,
-        integrator=options.integrator,
-        step=options.step,
-        speed_rpm=options.speed,
-        torque=options.torque,
-        levels=levels_asked(options.levels),
-        reverse=options.reverse,
+        levels=parse_levels(levels),
     )
-    what = fingerprint(drivetrain.model_dump_json(), request)[:16]  # another's is not touched
-    store = options.out / WORK / f"{PIECES}-{what}"
-    names = ("simulation.html", "simulation.json", *(f"record.{name}" for name in options.save))
-    with progress_bars() as progress:
-        planned = PlannedRun(drivetrain, request, store, progress)
-        kept = (
-            f"what has been run is kept in {options.out}, and the same command goes on from there"
-        )
-        with held(options.out, names), on_interrupt(kept):
-            try:
-                found = planned.simulation()
-                progress("writing the report", 0, 1)
-                written = write_simulation(found, options.out, options.save)
-            except SimulationError:  # it would end the same way again
-                remove_pieces(store)
-                raise
+    what = fingerprint(drivetrain.model_dump_json(), options)[:16]  # another's is not touched
+    store = out / WORK / f"{PIECES}-{what}"
+    planned = PlannedRun(drivetrain, options, store)
+
+    def study(_: Path, progress: Progress) -> SimulationResult:
+        try:
+            return replace(planned.simulation(progress), saved=tuple(save))
+        except SimulationError:  # it would end the same way again
             remove_pieces(store)
-        progress("writing the report", 1, 1)
-    warn(found.warnings)
-    findings(found)
-    for path in written:
-        print(f"Written: {path}")
-    return found
+            raise
+
+    def write(result: SimulationResult, directory: Path) -> tuple[Path, ...]:
+        written = publish(result, directory)
+        remove_pieces(store)
+        return written
+
+    names = (*SimulationResult.files, *(f"record.{name}" for name in save))
+    kept = f"what has been run is kept in {out}, and the same command goes on from there"
+    return run_study(study, out, names, print_result, write=write, kept=kept)
 
 
-def _turns(drivetrain: Drivetrain, options: Options) -> bool:
-    """Whether a speed is asked for, here or by the model file."""
-    given = drivetrain.operation.speed if drivetrain.operation else None
-    return bool(given if options.speed is None else options.speed)
+def remove_pieces(store: Path) -> None:
+    """Remove what is kept of a run that is finished and reported, and nothing else."""
+    for direction in (FORWARD, BACKWARD):
+        remove_run(store / direction)
+    if store.exists() and not any(store.iterdir()):
+        store.rmdir()

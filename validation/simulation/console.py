@@ -2,93 +2,61 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from rich.console import Console
-from rich.table import Table
 
-from ..report.digits import engineering
-from .describe import in_words
-from .gear_run import NOTHING_EXCITES
-from .results import Simulation
+from ..report.console import print_table, print_verdicts, say
+from .describe import describe_excitation
+from .gear_run import NOTHING_EXCITES, GearRun
+from .page import mesh_table
+from .result import SimulationResult
 
 
-def findings(found: Simulation) -> None:
-    """Print what was run, and what came out."""
-    record = found.record
+def print_result(result: SimulationResult, terminal: Console) -> None:
+    """Print what was run, the verdicts, and what came out."""
+    record = result.record
     lasted = record.n_samples / record.sampling_frequency
-    for excitation in found.excitations:
-        print(f"Excited by: {in_words(excitation)}")
-    print(
+    say(terminal, *(f"Excited by: {describe_excitation(each)}" for each in result.excitations))
+    say(
+        terminal,
         f"Integrated: {lasted:g} s, {record.n_samples} samples at {record.sampling_frequency:g} Hz "
-        f"in {found.seconds['time integration']:.1f} s\n  {record.integrator.reason}"
+        f"in {result.seconds['time integration']:.1f} s",
+        f"  {record.integrator.reason}",
     )
-    console = Console()
-    console = console if console.is_terminal else Console(width=160)
-    if found.checks:
-        _verdicts(found, console)
-    if found.excitations and not found.estimated:
-        print(f"No FRFs to hold against FBS: {found.no_frfs}.")
-    if found.levels is not None:
-        print(found.levels.conclusion)
-    if found.gears is not None:
-        _meshes(found, console)
+    if result.checks:
+        title = f"{result.drivetrain.name}: what must hold"
+        print_verdicts(terminal, title, result.checks)
+    say(terminal, *_frfs(result))
+    if result.gears is not None:
+        _print_gears(result.gears, terminal)
 
 
-def _verdicts(found: Simulation, console: Console) -> None:
-    table = Table(title=f"{found.drivetrain.name}: what must hold", title_justify="left")
-    for header in ("comparison", "of"):
-        table.add_column(header)
-    for header in ("value", "allowed"):
-        table.add_column(header, justify="right")
-    table.add_column("verdict")
-    for check in found.checks:
-        verdict = "[green]agree[/]" if check.agrees else "[bold red]DISAGREE[/]"
-        table.add_row(
-            check.name, check.subject, f"{check.value:.3g}", f"{check.tolerance:.2g}", verdict
+def _frfs(result: SimulationResult) -> Iterator[str]:
+    for estimated in result.estimated:
+        median = np.median(estimated.decibels[estimated.compared])
+        yield (
+            f"FRFs from {', '.join(estimated.reference.excitations)}: {estimated.judged}; median "
+            f"difference there {median:.2g} dB."
         )
-    console.print(table)
-    for check in found.checks:
-        for finding in check.findings:
-            console.print(f"  {finding}", markup=False)
-    for estimated in found.estimated:
-        sources = ", ".join(estimated.reference.excitations)
-        print(
-            f"FRFs from {sources}: {estimated.judged}; median difference there "
-            f"{np.median(estimated.decibels[estimated.compared]):.2g} dB."
-        )
-    for hint in found.hints:
-        print(hint)
+    yield from result.hints
+    if result.excitations and not result.estimated:
+        yield f"No FRFs to hold against FBS: {result.no_frfs}."
+    if result.levels is not None:
+        yield result.levels.conclusion
 
 
-def _meshes(found: Simulation, console: Console) -> None:
-    gears = found.gears
-    assert gears is not None
+def _print_gears(gears: GearRun, terminal: Console) -> None:
     if gears.says_nothing_excites:
-        print(NOTHING_EXCITES)
+        say(terminal, NOTHING_EXCITES)
     for stage, frequency in gears.point.mesh_frequencies.items():
-        print(f"Mesh frequency of {stage}: {frequency:.4g} Hz")
-    table = Table(title="Mesh forces", title_justify="left")
-    table.add_column("mesh")
-    for header in ("mean", "largest", "smallest", "rms about mean", "dynamic factor", "apart"):
-        table.add_column(header, justify="right")
-    for load in gears.loads:
-        factor = load.dynamic_factor
-        table.add_row(
-            load.name,
-            engineering(load.mean, "N", 4),
-            engineering(load.largest, "N", 4),
-            engineering(load.smallest, "N", 4),
-            engineering(load.rms, "N"),
-            "–" if factor is None else f"{factor:.3f}",
-            f"{load.open_share:.1%}",
-        )
-    console.print(table)
-    if gears.loaded_in_words:
-        print(gears.loaded_in_words)
-    for stability in gears.stability:
-        print(stability.in_words)
+        say(terminal, f"Mesh frequency of {stage}: {frequency:.4g} Hz")
+    print_table(terminal, "Mesh forces", mesh_table(gears))
+    say(terminal, *filter(None, (gears.loaded_sentence, *(s.sentence for s in gears.stability))))
     for sensor in gears.sensors:
-        print(
+        say(
+            terminal,
             f"Sidebands at the ring of {sensor.stage}: as theory puts them to "
-            f"{sensor.deviation:.1%} of the largest line"
+            f"{sensor.deviation:.1%} of the largest line",
         )

@@ -8,11 +8,10 @@ leaves FBS' FRF, substructuring by FRFs no longer applies.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fbs import Frf, Quantity, Record
 from mbs_models.gears.operating_point import OperatingPoint
@@ -25,12 +24,11 @@ from mbs_models.signals.lines import Multisine, Signal
 from mbs_models.system.drivetrain import MultibodySystem, build_drivetrain
 from mbs_models.system.linearization import linearize
 
+from ..arrays import FloatArray
 from ..errors import CommandError
+from ..runtime.progress import Progress, silent
 from .estimates import DECIBEL_TOLERANCE, EstimatedFrfs, compare_with_fbs, multisine_frf, unbent
 from .reversal import odd_part, reversed_excitation
-
-FloatArray = NDArray[np.float64]
-Progress = Callable[[str, int, int], None]
 
 PERIODS = 3  # the orbit is the linear one at first; two periods to bend it, one to measure
 # A motion that differs by this much from one period to the next is none that an FRF describes.
@@ -47,7 +45,7 @@ class Level:
         Of the excitation as given.
     peak_force, rms_force
         Of the excitation (N).
-    found
+    estimated
         FRFs beside FBS'; None where the motion diverged.
     period_change
         How much the last period differs from the one before, of the motion's RMS.
@@ -56,20 +54,20 @@ class Level:
     factor: float
     peak_force: float
     rms_force: float
-    found: EstimatedFrfs | None
+    estimated: EstimatedFrfs | None
     period_change: float
 
     @property
     def worst_db(self) -> float:
         """Largest difference of any line and response (dB); infinite where it diverged."""
-        return np.inf if self.found is None else float(self.found.decibels.max())
+        return np.inf if self.estimated is None else float(self.estimated.decibels.max())
 
     @property
     def median_db(self) -> float:
         """Median difference over the lines compared (dB)."""
-        if self.found is None:
+        if self.estimated is None:
             return np.inf
-        return float(np.median(self.found.decibels[self.found.compared]))
+        return float(np.median(self.estimated.decibels[self.estimated.compared]))
 
     @property
     def repeats(self) -> bool:
@@ -123,7 +121,7 @@ class DriveLevels:
 
 
 def _decibels(level: Level) -> str:
-    if level.found is None:
+    if level.estimated is None:
         return "any amount (the motion diverged)"
     if not level.repeats:
         return f"{level.worst_db:.3g} dB, without the motion even repeating"
@@ -138,7 +136,7 @@ def drive_levels(
     sampling_frequency: float,
     responses: Sequence[str],
     point: OperatingPoint | None = None,
-    progress: Progress | None = None,
+    progress: Progress = silent,
     *,
     reverse: bool = True,
 ) -> DriveLevels:
@@ -169,12 +167,11 @@ def drive_levels(
     """
     signal = check_levels((excitation,), point)
     system = build_drivetrain(drivetrain, point.laws if point else None)
-    found = []
+    results = []
     for number, factor in enumerate(sorted(factors)):
         scaled = Excitation(excitation.dof, replace(signal, amplitudes=factor * signal.amplitudes))
-        if progress is not None:
-            progress("drive levels", number, len(factors))
-        found.append(
+        progress("drive levels", number, len(factors))
+        results.append(
             _level(
                 drivetrain,
                 system,
@@ -187,9 +184,8 @@ def drive_levels(
                 reverse,
             )
         )
-    if progress is not None:
-        progress("drive levels", len(factors), len(factors))
-    return DriveLevels(Excitation(excitation.dof, signal), tuple(found))
+    progress("drive levels", len(factors), len(factors))
+    return DriveLevels(Excitation(excitation.dof, signal), tuple(results))
 
 
 def check_levels(
@@ -288,4 +284,6 @@ def warped_step(integrator: Integrator) -> float | None:
 
 def frf_of(levels: DriveLevels) -> Frf | None:
     """FBS' FRF that all levels are held against; None where the motion diverged at every one."""
-    return next((level.found.reference for level in levels.levels if level.found is not None), None)
+    return next(
+        (level.estimated.reference for level in levels.levels if level.estimated is not None), None
+    )

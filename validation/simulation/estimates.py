@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import stdtrit
 
 from fbs import Estimate, Frf, Quantity, Record, averaged_frf, impulse_frf, periodic_frf
@@ -21,6 +20,7 @@ from mbs_models.signals.sines import HalfSine
 from mbs_models.system.harmonic_response import harmonic_response
 from mbs_models.system.linearization import LinearizedSystem
 
+from ..arrays import BoolArray, ComplexArray, FloatArray
 from ..checks.check import Check
 from ..routes.comparable_lines import DYNAMIC_RANGE_DB, KNOWN_TO, judged, known, within_range
 from ..routes.routes import build_model, couple_stages, exudyn_source, loaded_source
@@ -37,9 +37,6 @@ LONGEST_SEGMENT = 1 << 23
 LONGEST_TRANSIENT = 1 << 25
 LINES_AT_ONCE = 4096  # of FBS, all DoFs by all DoFs
 LOOKED_AT = 200  # lines of a band, to tell what moves
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-ComplexArray = NDArray[np.complex128]
 
 AVERAGED = ("H1", "H2", "Hv")
 ROUTE = "exudyn in time"
@@ -119,7 +116,7 @@ class EstimatedFrfs:
         return np.asarray(np.degrees(np.abs(np.angle(self._ratio))))
 
     @property
-    def _ratio(self) -> NDArray[np.complex128]:
+    def _ratio(self) -> ComplexArray:
         reference = np.where(self.compared, self.reference.values, 1.0)
         return np.where(self.compared, self.estimate.frf.values / reference, 1.0)
 
@@ -142,9 +139,9 @@ def responding(
         First and last frequency (Hz).
     """
     lines = np.geomspace(max(band[0], 1e-3 * band[1]), band[1], LOOKED_AT)
-    found = np.abs(harmonic_response(linear, lines, linear.labels, excitations)).max(axis=(0, 2))
-    size = dict(zip(linear.labels, found, strict=True))
-    return tuple(label for label in responses if size[label] > ZERO * found.max())
+    largest = np.abs(harmonic_response(linear, lines, linear.labels, excitations)).max(axis=(0, 2))
+    size = dict(zip(linear.labels, largest, strict=True))
+    return tuple(label for label in responses if size[label] > ZERO * largest.max())
 
 
 def estimate_frfs(
@@ -330,24 +327,24 @@ def estimator(estimate: Estimate) -> str:
     return "whole record" if estimate.kind == "impulse" else estimate.kind
 
 
-def estimate_checks(found: EstimatedFrfs) -> list[Check]:
+def estimate_checks(estimated: EstimatedFrfs) -> list[Check]:
     """Verdicts on estimated FRFs: magnitude and phase, in units of what is allowed."""
-    frf = found.estimate.frf
+    frf = estimated.estimate.frf
     count = len(frf.responses) * len(frf.excitations)
     subject = f"{count} FRF{'s' if count > 1 else ''} from {', '.join(frf.excitations)}"
-    share = found.allowed_db / DECIBEL_TOLERANCE
-    magnitude, phase = found.decibels / share, found.degrees / share
+    share = estimated.allowed_db / DECIBEL_TOLERANCE
+    magnitude, phase = estimated.decibels / share, estimated.degrees / share
     reason = REASON
-    if found.estimate.kind in AVERAGED:
+    if estimated.estimate.kind in AVERAGED:
         reason += (
             "; an averaged estimate is allowed the scatter that its coherence explains on top, as "
             f"one run in {ONE_RUN_IN:g} has it on a single line"
         )
-    kind = estimator(found.estimate)
+    kind = estimator(estimated.estimate)
     check = Check(
         f"FRFs from time integration ({kind}), magnitude", subject, (FBS, ROUTE),
         "largest difference, dB", float(magnitude.max()), DECIBEL_TOLERANCE, reason,
-        _findings(found, magnitude, DECIBEL_TOLERANCE, "dB"), found.judged,
+        _findings(estimated, magnitude, DECIBEL_TOLERANCE, "dB"), estimated.judged,
     )  # fmt: skip
     return [
         check,
@@ -357,15 +354,15 @@ def estimate_checks(found: EstimatedFrfs) -> list[Check]:
             measure="largest difference, degrees",
             value=float(phase.max()),
             tolerance=DEGREE_TOLERANCE,
-            findings=_findings(found, phase, DEGREE_TOLERANCE, "°"),
+            findings=_findings(estimated, phase, DEGREE_TOLERANCE, "°"),
         ),
     ]
 
 
 def _findings(
-    found: EstimatedFrfs, values: FloatArray, allowed: float, unit: str
+    estimated: EstimatedFrfs, values: FloatArray, allowed: float, unit: str
 ) -> tuple[str, ...]:
-    frf = found.estimate.frf
+    frf = estimated.estimate.frf
     worst = values.max(axis=0)
     return tuple(
         f"{response} ← {excitation}: {worst[i, j]:.3g} {unit} at "

@@ -1,4 +1,4 @@
-"""Figures of FRFs from runs: beside a reference, held from a sweep, and over the drive level."""
+"""FRFs from runs: beside a reference, held from a sweep, and over the drive level."""
 
 from __future__ import annotations
 
@@ -13,50 +13,31 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import EngFormatter, LogLocator, NullFormatter
-from numpy.typing import NDArray
 
-from ..report.curves import extremes, largest
+from ..arrays import BoolArray, ComplexArray, FloatArray
 from ..report.digits import engineering
+from ..report.frf_panel import (
+    Curve,
+    Difference,
+    FrfPanel,
+    decibels,
+    draw_magnitude,
+    reference_curve,
+)
 from ..report.style import (
     BLUE,
     CURVE_COLUMNS,
-    ERROR_COLUMNS,
     MUTED,
     REFERENCE_COLOR,
     VERMILLION,
     WIDTH,
-    along_axis,
     frequency_axis,
     log_axis,
     styled,
     svg,
 )
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
-
-LEAST_DB, LEAST_DEGREES = 1e-6, 1e-6  # of the error axes: round-off lies on the edge
 MOST_DECADES = 6  # of an error axis
-
-
-@dataclass(frozen=True, eq=False)
-class FrfPair:
-    """An FRF from a run beside its reference.
-
-    Attributes
-    ----------
-    title
-        "response ← excitation".
-    estimate, reference
-        (nf,) complex, of one unit.
-    compared
-        (nf,) lines on which the two are compared; all if None.
-    """
-
-    title: str
-    estimate: ComplexArray
-    reference: ComplexArray
-    compared: NDArray[np.bool_] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,178 +60,84 @@ class LevelCurve:
     median_db: float
 
 
-def frf_figure(
-    name: str,
+def estimate_panel(
+    title: str,
     frequency: FloatArray,
-    pair: FrfPair,
-    unit: str,
-    *,
-    names: tuple[str, str] = ("exudyn in time", "FBS"),
-    allowed: tuple[FloatArray | float, FloatArray | float] = (0.1, 1.0),
-) -> str:
-    """Magnitude, phase and the errors of both of an estimated FRF, as SVG.
+    estimate: ComplexArray,
+    reference: ComplexArray,
+    compared: BoolArray,
+    allowed: tuple[FloatArray | float, FloatArray | float],
+) -> FrfPanel:
+    """An estimated FRF beside FBS': magnitude, phase, and the errors of both.
 
     Parameters
     ----------
-    name
-        Prefix of the figure's ids.
-    frequency
-        (nf,) Hz.
-    pair
-        The two FRFs.
-    unit
-        Of the FRFs: "m/N".
-    names
-        Of the estimate and of the reference.
+    title
+        "response ← excitation".
+    frequency, estimate, reference
+        (nf,) Hz and the FRFs.
+    compared
+        (nf,) lines on which they are compared.
     allowed
-        dB and degrees, drawn as lines.
+        dB and degrees.
     """
-    with styled():
-        figure = Figure(figsize=(WIDTH, 5.6), layout="constrained")
-        panels = figure.subplots(4, 1, sharex=True, height_ratios=(3.0, 1.5, 1.4, 1.4))
-        magnitude, phase, decibels, degrees = panels
-        _draw_magnitudes(magnitude, frequency, pair, unit)
-        _draw_phases(phase, frequency, pair)
-        ratio = _ratio(pair)
-        _draw_error(
-            decibels, frequency, np.abs(_decibels(ratio)), allowed[0], LEAST_DB, "Error (dB)"
-        )
-        _draw_error(
-            degrees, frequency, np.degrees(np.abs(np.angle(ratio))), allowed[1], LEAST_DEGREES,
-            "Error (°)",
-        )  # fmt: skip
-        for axes in panels:
-            frequency_axis(axes, frequency[0], frequency[-1], label=axes is degrees)
-        figure.suptitle(pair.title, x=0.01, ha="left", fontsize=9.0, fontweight="bold")
-        handles = [
-            Line2D([], [], color=REFERENCE_COLOR, lw=3.5, label=names[1]),
-            Line2D([], [], color=BLUE, lw=1.6, label=names[0]),
-            Line2D([], [], color=VERMILLION, lw=1.0, ls="--", label="allowed"),
-        ]
-        figure.legend(handles=handles, loc="outside upper right", ncols=3)
-        return svg(figure, name, f"FRF {pair.title} by {names[0]} and by {names[1]}")
-
-
-def _ratio(pair: FrfPair) -> ComplexArray:
-    """Estimate over reference; not a number on lines not compared."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = pair.estimate / pair.reference
-    if pair.compared is not None:
-        ratio = np.where(pair.compared, ratio, np.nan)
-    return np.asarray(ratio)
-
-
-def _draw_magnitudes(axes: Axes, frequency: FloatArray, pair: FrfPair, unit: str) -> None:
-    reference, estimate = _decibels(pair.reference), _decibels(pair.estimate)
-    at = extremes(along_axis(frequency), reference, CURVE_COLUMNS)
-    axes.plot(frequency[at], reference[at], color=REFERENCE_COLOR, lw=3.5)
-    at = extremes(along_axis(frequency), estimate, CURVE_COLUMNS)
-    axes.plot(frequency[at], estimate[at], color=BLUE, lw=1.0)
-    axes.set_ylabel(f"dB re 1 {unit}")
-
-
-def _draw_phases(axes: Axes, frequency: FloatArray, pair: FrfPair) -> None:
-    """Phases, thinned evenly (their extremes would be nothing but the ends of the axis)."""
-    position = along_axis(frequency)
-    columns = np.linspace(position[0], position[-1], CURVE_COLUMNS)
-    thin = np.unique(np.searchsorted(position, columns))
-    reference = _phase(pair.reference[thin])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        off = np.degrees(np.angle(pair.estimate[thin] / pair.reference[thin]))
-    for angle, color, width in ((reference, REFERENCE_COLOR, 3.5), (reference + off, BLUE, 1.0)):
-        jumps = np.flatnonzero(np.abs(np.diff(angle)) > 180.0) + 1  # all the way round: no line
-        at = np.insert(frequency[thin], jumps, frequency[thin][jumps])
-        axes.plot(at, np.insert(angle, jumps, np.nan), color=color, lw=width)
-    axes.set_ylim(-280.0, 100.0)
-    axes.set_yticks([-270.0, -180.0, -90.0, 0.0, 90.0])
-    axes.set_ylabel("Phase (°)")
-
-
-def _phase(values: ComplexArray) -> FloatArray:
-    """Phase from -270° to 90°: resonances pass through -90°, and -180° is not at the edge."""
-    angle = np.degrees(np.angle(values))
-    return np.asarray(np.where(angle > 90.0, angle - 360.0, angle))
-
-
-def _draw_error(
-    axes: Axes,
-    frequency: FloatArray,
-    error: FloatArray,
-    allowed: FloatArray | float,
-    least: float,
-    label: str,
-) -> None:
-    finite = error[np.isfinite(error)]
-    limit = np.broadcast_to(allowed, error.shape)
-    top = max(float(finite.max(initial=least)), float(limit.max()))
-    highest = ceil(log10(1.5 * top))
-    low = max(float(finite.min(initial=top)), least)
-    lowest = max(min(floor(log10(low)), highest - 2), highest - MOST_DECADES)
-    at = largest(along_axis(frequency), error, ERROR_COLUMNS)
-    axes.plot(
-        frequency[at], np.maximum(error[at], 10.0**lowest), ".", color=BLUE, ms=2.4, clip_on=False
+        ratio = np.where(compared, estimate / reference, np.nan)
+    errors = (
+        ("Error (dB)", np.abs(decibels(ratio)), allowed[0]),
+        ("Error (°)", np.degrees(np.abs(np.angle(ratio))), allowed[1]),
     )
-    # The smallest of each column: what lies above the line is beyond what is allowed there.
-    at = largest(along_axis(frequency), -limit, ERROR_COLUMNS)
-    axes.plot(frequency[at], limit[at], color=VERMILLION, lw=1.0, ls="--")
-    log_axis(axes, lowest, highest, most=4)
-    axes.set_ylabel(label)
+    return FrfPanel(
+        frequency,
+        (reference_curve("FBS", reference, 3.5), Curve("exudyn in time", estimate, BLUE, 1.0)),
+        tuple(
+            Difference(
+                label, (Curve("", values, BLUE, 0.0, marker=".", size=2.4),), decades=MOST_DECADES,
+                allowed=limit,
+            )
+            for label, values, limit in errors
+        ),
+        phase=True,
+        title=title,
+    )  # fmt: skip
 
 
-def peak_hold_figure(
-    name: str,
-    held_frequency: FloatArray,
-    held: FloatArray,
+def peak_hold_panel(
+    title: str,
     frequency: FloatArray,
     frf: ComplexArray,
-    unit: str,
-    title: str,
-    *,
+    held_frequency: FloatArray,
+    held: FloatArray,
     predicted: tuple[FloatArray, FloatArray] | None = None,
-) -> str:
-    """A sweep's peak-hold over the FRF, their difference below, as SVG.
+) -> FrfPanel:
+    """A sweep's peak-hold over the FRF, their difference below.
 
     Parameters
     ----------
-    name
-        Prefix of the figure's ids.
-    held_frequency, held
-        (n,) Hz, ascending, and the largest |y|/F held there.
+    title
+        "response ← excitation".
     frequency, frf
         (nf,) Hz and the FRF; the difference is taken at the held lines, between its lines linearly
         in dB.
-    unit, title
-        Of the FRF, and of the figure.
+    held_frequency, held
+        (n,) Hz, ascending, and the largest |y|/F held there.
     predicted
         Frequencies (Hz) and magnitudes of the peaks as the sweep's rate should leave them.
     """
-    with styled():
-        figure = Figure(figsize=(WIDTH, 4.2), layout="constrained")
-        magnitude, difference = figure.subplots(2, 1, sharex=True, height_ratios=(2.6, 1.0))
-        level, held_level = _decibels(frf), 20.0 * np.log10(held)
-        at = extremes(along_axis(frequency), level, CURVE_COLUMNS)
-        magnitude.plot(frequency[at], level[at], color=REFERENCE_COLOR, lw=3.5, label="FRF")
-        magnitude.plot(
-            held_frequency, held_level, color=BLUE, lw=1.0, marker=".", ms=2.5,
-            label="peak-hold of the sweep",
-        )  # fmt: skip
-        if predicted is not None:
-            magnitude.plot(
-                predicted[0], 20.0 * np.log10(predicted[1]), "x", color=VERMILLION, ms=7, mew=1.4,
-                label="peaks at this sweep rate (theory)",
-            )  # fmt: skip
-        magnitude.set_ylabel(f"dB re 1 {unit}")
-        figure.suptitle(title, x=0.01, ha="left", fontsize=9.0, fontweight="bold")
-        figure.legend(loc="outside upper right", ncols=3)
-        difference.axhline(0.0, color=MUTED, lw=0.7)
-        difference.plot(
-            held_frequency, held_level - np.interp(held_frequency, frequency, level), color=BLUE,
-            lw=1.0,
-        )  # fmt: skip
-        difference.set_ylabel("Difference (dB)")
-        for axes in (magnitude, difference):
-            frequency_axis(axes, frequency[0], frequency[-1], label=axes is difference)
-        return svg(figure, name, f"Peak-hold of a sweep over the FRF {title}")
+    curves = [
+        reference_curve("FRF", frf, 3.5),
+        Curve("peak-hold of the sweep", held, BLUE, 1.0, marker=".", size=2.5,
+              frequency=held_frequency),
+    ]  # fmt: skip
+    if predicted is not None:
+        at, height = predicted
+        name = "peaks at this sweep rate (theory)"
+        curves.append(Curve(name, height, VERMILLION, 0.0, marker="x", size=7.0, frequency=at))
+    off = decibels(held) - np.interp(held_frequency, frequency, decibels(frf))
+    difference = Difference(
+        "Difference (dB)", (Curve("", off, BLUE, 1.0, frequency=held_frequency),), logarithmic=False
+    )
+    return FrfPanel(frequency, tuple(curves), (difference,), title=title)
 
 
 def level_figure(
@@ -258,7 +145,6 @@ def level_figure(
     frequency: FloatArray,
     reference: ComplexArray,
     levels: Sequence[LevelCurve],
-    unit: str,
     title: str,
     threshold_db: float,
 ) -> str:
@@ -272,8 +158,8 @@ def level_figure(
         (nf,) Hz and the FRF by FBS.
     levels
         By rising force.
-    unit, title
-        Of the FRFs, and of the figure.
+    title
+        Of the figure.
     threshold_db
         Above it FBS no longer applies.
     """
@@ -281,15 +167,13 @@ def level_figure(
     with styled():
         figure = Figure(figsize=(WIDTH, 5.4), layout="constrained")
         magnitude, deviation = figure.subplots(2, 1, height_ratios=(2.2, 1.6))
-        level = _decibels(reference)
-        at = extremes(along_axis(frequency), level, CURVE_COLUMNS)
-        magnitude.plot(frequency[at], level[at], color=REFERENCE_COLOR, lw=4.0)
-        for curve, color in zip(levels, colors, strict=True):
-            if curve.frf is not None:
-                level = _decibels(curve.frf)
-                at = extremes(along_axis(frequency), level, CURVE_COLUMNS)
-                magnitude.plot(frequency[at], level[at], color=color, lw=1.0)
-        magnitude.set_ylabel(f"dB re 1 {unit}")
+        curves = [
+            Curve("", curve.frf, color, 1.0)
+            for curve, color in zip(levels, colors, strict=True)
+            if curve.frf is not None
+        ]
+        panel = FrfPanel(frequency, (reference_curve("", reference), *curves))
+        draw_magnitude(magnitude, panel, CURVE_COLUMNS)
         frequency_axis(magnitude, frequency[0], frequency[-1])
         _draw_deviations(deviation, levels, colors, threshold_db)
         figure.suptitle(title, x=0.01, ha="left", fontsize=9.0, fontweight="bold")
@@ -353,9 +237,3 @@ def _draw_deviations(
         loc="lower right",
         ncols=2,
     )  # fmt: skip
-
-
-def _decibels(values: ComplexArray) -> FloatArray:
-    with np.errstate(divide="ignore"):
-        level: FloatArray = 20.0 * np.log10(np.abs(values))
-    return level

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -21,20 +21,21 @@ from mbs_models.gears.gear_lines import (
     mesh_tones,
 )
 from mbs_models.gears.gear_response import MeshLoad, mesh_loads
-from mbs_models.gears.operating_point import OperatingPoint, families
+from mbs_models.gears.operating_point import OperatingPoint
 from mbs_models.gears.phasing import Phasing, phasing
 from mbs_models.gears.sidebands import expected_sidebands, passing_window, ring_sensor
 from mbs_models.integration.transient_record import TransientRecord
 from mbs_models.modal.mode_kinds import rigid_body_count
-from mbs_models.model.parameters import Drivetrain, PlanetaryStage
+from mbs_models.model.parameters import Drivetrain
+from mbs_models.stages.part import MeshFamily
+from mbs_models.stages.planet_set import PlanetSet
 from mbs_models.system.drivetrain import build_drivetrain
 from mbs_models.system.linearization import linearize, round_off_force
 
+from ..arrays import FloatArray
 from ..checks.check import Check
 from ..report.digits import engineering
 from ..routes.periodic_meshes import parametric
-
-FloatArray = NDArray[np.float64]
 
 NOTHING_EXCITES = (
     "Nothing excites: no mesh has a stiffness that varies or a transmission error, so that every "
@@ -94,8 +95,8 @@ class Stability:
     growth_rate: float
 
     @property
-    def in_words(self) -> str:
-        """In a sentence."""
+    def sentence(self) -> str:
+        """What it means for the run."""
         stages = " and ".join(self.stages)
         if self.growth_rate > 0.0:
             return (
@@ -150,7 +151,7 @@ class GearRun:
     frequencies_loaded: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     @property
-    def loaded_in_words(self) -> str:
+    def loaded_sentence(self) -> str:
         """What the torque does to natural frequencies, in a sentence; empty without one."""
         if not self.point.torque or not len(self.frequencies_at_rest):
             return ""
@@ -234,7 +235,7 @@ def steady_checks(gears: GearRun | None) -> tuple[Check, ...]:
             "growth of the fastest growing motion, 1/s", each.growth_rate, 0.0,
             "what grows by parametric instability ends in no steady state, and only play, as teeth "
             "part, would end it",
-            (each.in_words,) if each.growth_rate > 0.0 else (),
+            (each.sentence,) if each.growth_rate > 0.0 else (),
         )
         for each in gears.stability
         if each.growth_rate > 0.0
@@ -269,28 +270,23 @@ def _stability(drivetrain: Drivetrain, point: OperatingPoint) -> tuple[Stability
     assert point.speed_rpm is not None
     periodic = parametric(drivetrain, point)
     turns = np.array([abs(point.speed_rpm) / 60.0])
-    stage_of = {
-        name: stage.name
-        for stage in drivetrain.stages
-        for family in families(stage)
-        for name in family.names
-    }
-    found = []
+    stage_of = {name: family.stage for family in drivetrain.mesh_families for name in family.names}
+    stabilities = []
     for group, growth in stability_by_period(periodic.system, periodic.springs, turns):
         stages = dict.fromkeys(stage_of[periodic.springs[m].name] for m in group)
-        found.append(Stability(tuple(stages), float(growth.growth_rate[0])))
-    return tuple(found)
+        stabilities.append(Stability(tuple(stages), float(growth.growth_rate[0])))
+    return tuple(stabilities)
 
 
 def _phasing(drivetrain: Drivetrain, point: OperatingPoint) -> dict[str, tuple[Phasing, ...]]:
-    found = {}
+    phasings = {}
     for stage in drivetrain.stages:
-        if isinstance(stage, PlanetaryStage) and stage.name in point.mesh_frequencies:
+        for planets in stage.planet_sets() if stage.name in point.mesh_frequencies else ():
             try:
-                found[stage.name] = phasing(stage, HARMONICS)
+                phasings[stage.name] = phasing(planets, HARMONICS)
             except ModelError:
                 continue  # planets that differ: tooth numbers alone do not tell
-    return found
+    return phasings
 
 
 def _sensors(
@@ -299,35 +295,40 @@ def _sensors(
     record: TransientRecord,
     tones: tuple[MeshTone, ...],
 ) -> list[RingSensor]:
-    found = []
+    sensors = []
     for stage in drivetrain.stages:
         tone = next((tone for tone in tones if tone.name == f"mesh {stage.name}"), None)
-        phases = point.phases.get(stage.name)
-        if not isinstance(stage, PlanetaryStage) or tone is None or phases is None:
+        if tone is None:
             continue
         turns = abs(tone.carrier_frequency) * record.n_samples / record.sampling_frequency
-        if turns >= LEAST_TURNS and tone.mesh_frequency < record.sampling_frequency / 2.0:
-            found.append(_sensor(stage, tone, phases.ring, record))
-    return found
+        if turns < LEAST_TURNS or tone.mesh_frequency >= record.sampling_frequency / 2.0:
+            continue
+        for planets, _, ring in stage.planet_meshes():
+            phases = [point.phases[name] for name in ring.names if name in point.phases]
+            if phases:
+                sensors.append(_sensor(planets, ring, tone, phases, record))
+    return sensors
 
 
 def _sensor(
-    stage: PlanetaryStage, tone: MeshTone, phases: tuple[float, ...], record: TransientRecord
+    planets: PlanetSet,
+    ring: MeshFamily,
+    tone: MeshTone,
+    phases: Sequence[float],
+    record: TransientRecord,
 ) -> RingSensor:
     assert record.mesh_forces is not None
-    assert stage.ring.teeth is not None
-    rate, teeth = record.sampling_frequency, stage.ring.teeth
-    _, ring_meshes = families(stage)
-    columns = [record.meshes.index(name) for name in ring_meshes.names]
+    rate, (_, teeth), count = record.sampling_frequency, planets.teeth, len(planets.planets)
+    columns = [record.meshes.index(name) for name in ring.names]
     forces, time = np.asarray(record.mesh_forces)[:, columns], record.time
     forces = forces - forces.mean(axis=0)
-    window = passing_window(stage.planet_count, WINDOW_HARMONICS)
-    felt = ring_sensor(forces, time, stage.angles, tone.carrier_frequency, window)
+    window = passing_window(count, WINDOW_HARMONICS)
+    felt = ring_sensor(forces, time, planets.angles, tone.carrier_frequency, window)
     spectrum = amplitude_spectrum(felt[:, None], rate)
     lines = gear_lines(
         [tone],
         harmonics=HARMONICS,
-        sidebands=PASSES * stage.planet_count,
+        sidebands=PASSES * count,
         highest=rate / 2.0,
     )
     # What the record is too slow for is in no line of it.
@@ -339,24 +340,20 @@ def _sensor(
     way = math.copysign(1.0, tone.carrier_frequency)
     expected = expected_sidebands(
         teeth,
-        [way * angle for angle in stage.angles],  # counted as the carrier turns
+        [way * angle for angle in planets.angles],  # counted as the carrier turns
         [0.0, *(mesh * np.exp(2j * np.pi * harmonics * phases[0]))],
         window,
         phases=[-2.0 * np.pi * phase for phase in phases],
     )
     passing = abs(tone.carrier_frequency)
-    near = [
-        band
-        for band in expected
-        if band.harmonic and abs(band.offset) <= PASSES * stage.planet_count
-    ]
+    near = [band for band in expected if band.harmonic and abs(band.offset) <= PASSES * count]
     # Not order · f_c: radii in a file fit the teeth within their rounding only.
     frequency = np.array(
         [band.harmonic * tone.mesh_frequency + band.offset * passing for band in near]
     )
     shown = (frequency > 0.0) & (frequency < rate / 2.0)
     return RingSensor(
-        stage=stage.name,
+        stage=planets.stage,
         passing=passing,
         spectrum=spectrum,
         lines=measured_lines(lines, felt[:, None], rate)[0],

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from mbs_models.errors import ModelError
 
+from ..arrays import FloatArray
 from .reversal import odd_part
 
-FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.int_]
 
 PIECE = 1 << 16  # samples at a time

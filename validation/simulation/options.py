@@ -1,8 +1,9 @@
-"""What the command line asks to be excited, and how hard."""
+"""The options of a run, and how the command line's are read."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +28,46 @@ DISPLACEMENT, MOST_DISPLACEMENT = 1e-8, 1e-6
 ABOVE_ROUND_OFF = 100.0
 
 
-def excitations_asked(
+@dataclass(frozen=True)
+class Options:
+    """The options of a run; None leaves the choice to the run.
+
+    Attributes
+    ----------
+    excitations
+        From outside.
+    responses
+        DoFs that are recorded (None: all).
+    duration
+        Seconds, run-in included.
+    fmax
+        End of the band of interest (Hz).
+    sampling_frequency
+        Of what is kept (Hz).
+    integrator, step
+        Name, and s.
+    speed_rpm, torque
+        Operating point of the input (rpm, N m); None: the model file's.
+    levels
+        Factors on the excitation at which the FRF is asked for.
+    reverse
+        Whether FRFs are taken from what changes sign with the force: a second run, reversed.
+    """
+
+    excitations: tuple[Excitation[Signal], ...] = ()
+    responses: tuple[str, ...] | None = None
+    duration: float | None = None
+    fmax: float | None = None
+    sampling_frequency: float | None = None
+    integrator: str | None = None
+    step: float | None = None
+    speed_rpm: float | None = None
+    torque: float | None = None
+    levels: tuple[float, ...] = ()
+    reverse: bool = True
+
+
+def chosen_excitations(
     drivetrain: Drivetrain,
     specs: Sequence[str],
     *,
@@ -89,7 +129,13 @@ def default_excitation(drivetrain: Drivetrain, fmax: float | None = None) -> Exc
     return Excitation(dof, Multisine(1.0 / SPACING, harmonics, amplitudes, phases))
 
 
-def levels_asked(text: str | None) -> tuple[float, ...]:
+def turns(drivetrain: Drivetrain, options: Options) -> bool:
+    """Whether a speed is asked for, here or by the model file."""
+    given = drivetrain.operation.speed if drivetrain.operation else None
+    return bool(given if options.speed_rpm is None else options.speed_rpm)
+
+
+def parse_levels(text: str | None) -> tuple[float, ...]:
     """Factors from 1,10,100 or 1:1000:7log.
 
     Raises

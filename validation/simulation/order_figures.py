@@ -11,10 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, MaxNLocator
-from numpy.typing import NDArray
 
 from mbs_models.gears.gear_lines import MeasuredLine
 
+from ..arrays import FloatArray
 from ..report.style import (
     BLUE,
     INK,
@@ -29,8 +29,6 @@ from ..report.style import (
     svg,
 )
 from .record_figures import draw_spectrum, spectrum_decades
-
-FloatArray = NDArray[np.float64]
 
 LABEL_WIDTH, ZOOM_LABEL_WIDTH = 0.013, 0.03  # of an axis: a label on its side
 LABEL_SIZE = 6.5  # points
@@ -185,10 +183,10 @@ def _short(line: MeasuredLine) -> str:
 
 def _draw_lines(axes: Axes, lines: Sequence[MeasuredLine], lowest: float, size: float) -> None:
     for sidebands, color in ((True, ORANGE), (False, BLUE)):
-        found = [x for x in lines if bool(x.line.offset) == sidebands and x.amplitude > lowest]
-        if found:
-            at = [x.line.frequency for x in found]
-            amplitude = [x.amplitude for x in found]
+        shown = [x for x in lines if bool(x.line.offset) == sidebands and x.amplitude > lowest]
+        if shown:
+            at = [x.line.frequency for x in shown]
+            amplitude = [x.amplitude for x in shown]
             axes.vlines(at, lowest, amplitude, color=color, lw=0.9)
             axes.plot(at, amplitude, "o", color=color, ms=size)
 

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from mbs_models.errors import ModelError
@@ -27,9 +26,8 @@ from mbs_models.model.excitation import Excitation, check_record
 from mbs_models.signals.lines import Harmonic, Multisine, Signal
 from mbs_models.system.linearization import LinearizedSystem
 
-from .results import Request
-
-FloatArray = NDArray[np.float64]
+from ..arrays import FloatArray
+from .options import Options
 
 DECAYED = 1e-4  # what the slowest mode may keep of its motion at the end of a transient
 SETTLED = 1e-2  # and at the end of a run-in, before a spectrum is measured
@@ -45,7 +43,7 @@ LONGEST = 60.0  # s of a run whose length nobody asked for
 
 
 @dataclass(frozen=True)
-class Plan:
+class RunPlan:
     """The run as laid out.
 
     Attributes
@@ -74,7 +72,7 @@ class Plan:
     dynamic: tuple[FloatArray, FloatArray]
 
 
-def plan(linear: LinearizedSystem, request: Request, point: OperatingPoint | None) -> Plan:
+def plan(linear: LinearizedSystem, options: Options, point: OperatingPoint | None) -> RunPlan:
     """Lay a run out.
 
     - On its periodic orbit from the start (multisines, sines), two periods, no run-in;
@@ -87,49 +85,49 @@ def plan(linear: LinearizedSystem, request: Request, point: OperatingPoint | Non
         The band lies beyond Nyquist, the duration is shorter than a period or a signal, the step
         is unstable, or a DoF is unknown.
     """
-    _check_dofs(linear, request)
-    if request.duration is not None and not 0.0 < request.duration < np.inf:
-        raise ModelError(f"duration = {request.duration:g} s: must be finite and above 0")
-    fmax = _fmax(request, point)
-    period = _common_period(request.excitations)
+    _check_dofs(linear, options)
+    if options.duration is not None and not 0.0 < options.duration < np.inf:
+        raise ModelError(f"duration = {options.duration:g} s: must be finite and above 0")
+    fmax = _fmax(options, point)
+    period = _common_period(options.excitations)
     bend = SEEN_BEND if _turns(point) else KNOWN_BEND
-    integrator, rate = _integrator(linear, request, fmax, period, bend, _step_cost(point))
+    integrator, rate = _integrator(linear, options, fmax, period, bend, _step_cost(point))
     static = np.zeros(len(linear.dofs)) if point is None else point.displacement
-    dynamic = _steady_start(linear, request.excitations, integrator)
+    dynamic = _steady_start(linear, options.excitations, integrator)
     # The start of varying meshes excites every mode; forces of a band hardly those above it.
     decay = slowest_decay(linear, np.inf if _turns(point) else fmax)
-    duration, run_in = _duration(request, point, period, decay)
+    duration, run_in = _duration(options, point, period, decay)
     least = _least_duration(linear, point, decay)
-    if request.duration is None:
+    if options.duration is None:
         duration = max(duration, least)
-    _check_records(request, duration, rate)
-    return Plan(integrator, rate, duration, run_in, fmax, least, static, dynamic)
+    _check_records(options, duration, rate)
+    return RunPlan(integrator, rate, duration, run_in, fmax, least, static, dynamic)
 
 
-def _check_dofs(linear: LinearizedSystem, request: Request) -> None:
-    asked = [("excitation at", excitation.dof) for excitation in request.excitations]
-    asked += [("response", label) for label in request.responses or ()]
+def _check_dofs(linear: LinearizedSystem, options: Options) -> None:
+    asked = [("excitation at", excitation.dof) for excitation in options.excitations]
+    asked += [("response", label) for label in options.responses or ()]
     for what, label in asked:
         if label not in linear.labels:
             raise ModelError(f"{what} '{label}': no such DoF; known: {', '.join(linear.labels)}")
 
 
-def _fmax(request: Request, point: OperatingPoint | None) -> float:
+def _fmax(options: Options, point: OperatingPoint | None) -> float:
     """End of the band of interest (Hz)."""
-    highest = max((excitation.signal.band[1] for excitation in request.excitations), default=0.0)
+    highest = max((excitation.signal.band[1] for excitation in options.excitations), default=0.0)
     fastest = max(point.mesh_frequencies.values(), default=0.0) if point is not None else 0.0
-    if request.fmax is not None:
-        if not request.fmax >= highest:
+    if options.fmax is not None:
+        if not options.fmax >= highest:
             raise ModelError(
-                f"fmax = {request.fmax:g} Hz: the excitation reaches {highest:g} Hz; give at least "
+                f"fmax = {options.fmax:g} Hz: the excitation reaches {highest:g} Hz; give at least "
                 "that, or leave fmax out"
             )
-        if not request.fmax >= fastest:
+        if not options.fmax >= fastest:
             raise ModelError(
-                f"fmax = {request.fmax:g} Hz: teeth pass at {fastest:g} Hz; give at least that, or "
+                f"fmax = {options.fmax:g} Hz: teeth pass at {fastest:g} Hz; give at least that, or "
                 "leave fmax out"
             )
-        return request.fmax
+        return options.fmax
     return max(highest, excited_by_meshes(point), 0.0 if highest else LOWEST_FMAX)
 
 
@@ -171,7 +169,7 @@ def _common_period(excitations: Sequence[Excitation[Signal]]) -> float | None:
 
 def _integrator(
     linear: LinearizedSystem,
-    request: Request,
+    options: Options,
     fmax: float,
     period: float | None,
     bend: float,
@@ -184,17 +182,17 @@ def _integrator(
             linear,
             fmax,
             sampling_frequency=rate,
-            method=request.integrator,
-            step=request.step,
+            method=options.integrator,
+            step=options.step,
             bend=bend,
             step_cost=step_cost,
         )
 
-    if request.sampling_frequency is not None:
-        return chosen(request.sampling_frequency), request.sampling_frequency
+    if options.sampling_frequency is not None:
+        return chosen(options.sampling_frequency), options.sampling_frequency
     integrator = chosen(None)
     rate = 1.0 / integrator.step
-    if period is not None and request.step is None:
+    if period is not None and options.step is None:
         rate = math.ceil(period * rate * (1.0 - 1e-12)) / period
         integrator = chosen(rate)
     return integrator, rate
@@ -223,19 +221,19 @@ def _steady_start(
 
 
 def _duration(
-    request: Request, point: OperatingPoint | None, period: float | None, decay: float
+    options: Options, point: OperatingPoint | None, period: float | None, decay: float
 ) -> tuple[float, float]:
     """Duration and the run-in in it (s); ``decay`` of the slowest mode (1/s)."""
     turning = _turns(point)
-    ends = [excitation.signal.duration for excitation in request.excitations]
+    ends = [excitation.signal.duration for excitation in options.excitations]
     if period is not None and not turning:
-        return _given(request, PERIODS * period), 0.0
+        return _given(options, PERIODS * period), 0.0
     if ends and all(end is not None for end in ends) and not turning:
         last = max(end for end in ends if end is not None)
-        return _given(request, last + _until(DECAYED, decay)), 0.0
+        return _given(options, last + _until(DECAYED, decay)), 0.0
     run_in = _until(SETTLED, decay)
-    if request.duration is not None:
-        return request.duration, min(run_in, request.duration / 2.0)
+    if options.duration is not None:
+        return options.duration, min(run_in, options.duration / 2.0)
     measured = LONGEST / 2.0
     if turning and point is not None:
         turns = max((CARRIER_TURNS / rate for rate in carrier_rates(point).values()), default=0.0)
@@ -256,8 +254,8 @@ def _least_duration(linear: LinearizedSystem, point: OperatingPoint | None, deca
     return _until(SETTLED, decay) + WINDOW_PERIODS / slowest
 
 
-def _given(request: Request, otherwise: float) -> float:
-    return otherwise if request.duration is None else request.duration
+def _given(options: Options, otherwise: float) -> float:
+    return otherwise if options.duration is None else options.duration
 
 
 def carrier_rates(point: OperatingPoint) -> dict[str, float]:
@@ -276,8 +274,8 @@ def _until(share: float, decay: float) -> float:
     return min(math.log(1.0 / share) / decay, LONGEST) if decay > 0.0 else LONGEST
 
 
-def _check_records(request: Request, duration: float, rate: float) -> None:
-    for excitation in request.excitations:
+def _check_records(options: Options, duration: float, rate: float) -> None:
+    for excitation in options.excitations:
         check_record(excitation, duration=duration, sampling_frequency=rate)
         lasts = excitation.signal.duration
         if lasts is not None and duration < lasts * (1.0 - 1e-9):

@@ -13,22 +13,20 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 from scipy.signal.windows import blackmanharris
 
-from mbs_models.gears.operating_point import OperatingPoint, families
+from mbs_models.gears.operating_point import OperatingPoint
 from mbs_models.integration.integrators import TRAPEZOIDAL
 from mbs_models.integration.transient_record import TransientRecord
-from mbs_models.model.parameters import Drivetrain, PlanetaryStage
+from mbs_models.model.parameters import Drivetrain
 from mbs_models.system.drivetrain import build_drivetrain
 from mbs_models.system.linearization import round_off_force
 
+from ..arrays import FloatArray
 from ..checks.check import Check
 from ..routes.equations import drivetrain_system, rigid_body_motions
 from ..routes.floquet import mesh_vectors
-
-FloatArray = NDArray[np.float64]
 
 ROUTES = ("statics of the equations", "exudyn in time")
 # Relative, where nothing varies: 1e-9 by Newton's method and round-off, with room for a long run.
@@ -94,19 +92,19 @@ def run_checks(
     measured = record.span(first)
     means = _means(measured, nothing)
     unsteady = STEADY + (LEAKAGE + _stage_error(point, record)) * means.swing / means.scale
-    found = [_statics(drivetrain, point, means)]
-    found.append(_against_statics(drivetrain, point, means, unsteady))
-    found += _sun_against_ring(drivetrain, means, unsteady)
-    found += [_growth(measured, means), energy]
+    checks = [_statics(drivetrain, point, means)]
+    checks.append(_against_statics(drivetrain, point, means, unsteady))
+    checks += _sun_against_ring(drivetrain, means, unsteady)
+    checks += [_growth(measured, means), energy]
     if set(point.dofs) <= set(record.labels):
-        found.append(_free_rotation(drivetrain, point, measured))
-    vague = [check.name for check in found if check.name != GROWTH and check.tolerance > VAGUE]
+        checks.append(_free_rotation(drivetrain, point, measured))
+    vague = [check.name for check in checks if check.name != GROWTH and check.tolerance > VAGUE]
     warnings = (
         f"not judged: {', '.join(vague)}; what swings is so much larger than what is held against "
         "it that any value would pass",
     )
-    told = tuple(check for check in found if check.name not in vague)
-    return told, warnings if vague else ()
+    comparable = tuple(check for check in checks if check.name not in vague)
+    return comparable, warnings if vague else ()
 
 
 def _means(record: TransientRecord, nothing: float) -> _Means:
@@ -138,12 +136,11 @@ def _by_family(
 ) -> dict[str, tuple[float, float]]:
     """Two sets of mesh forces (N), summed over each family of meshes."""
     return {
-        f"{stage.name} {family.key}": (
+        f"{family.stage} {family.key}": (
             sum(forces[name] for name in family.names),
             sum(others[name] for name in family.names),
         )
-        for stage in drivetrain.stages
-        for family in families(stage)
+        for family in drivetrain.mesh_families
     }
 
 
@@ -223,8 +220,7 @@ def _sun_against_ring(drivetrain: Drivetrain, means: _Means, tolerance: float) -
     """Both meshes of a planet carry the same on its base radius, in the mean."""
     pairs = []
     for stage in drivetrain.stages:
-        if isinstance(stage, PlanetaryStage):
-            sun, ring = families(stage)
+        for _, sun, ring in stage.planet_meshes():
             pairs += list(zip(sun.names, ring.names, strict=True))
     if not pairs:
         return []

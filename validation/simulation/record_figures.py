@@ -10,10 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import EngFormatter, FuncFormatter, MaxNLocator
-from numpy.typing import NDArray
 
 from mbs_models.gears.gear_response import MeshLoad
 
+from ..arrays import FloatArray
 from ..report.curves import extremes
 from ..report.digits import engineering
 from ..report.style import (
@@ -31,8 +31,6 @@ from ..report.style import (
     styled,
     svg,
 )
-
-FloatArray = NDArray[np.float64]
 
 ROW = 1.35  # inches a panel is high
 MOST_DECADES = 12  # of a spectrum below its peak: double precision has no more to show
@@ -208,7 +206,7 @@ def rms_figure(name: str, rms: Mapping[str, Mapping[str, float]], unit: str) -> 
     totals = {body: sqrt(sum(v**2 for v in dofs.values())) for body, dofs in rms.items()}
     stages = list(dict.fromkeys(body.partition(".")[0] for body in rms))
     shades = part_colors(stages)
-    dofs = list(dict.fromkeys(dof for found in rms.values() for dof in found))
+    dofs = list(dict.fromkeys(dof for own in rms.values() for dof in own))
     with styled():
         figure = Figure(figsize=(WIDTH, 0.9 + 0.24 * len(rms)), layout="constrained")
         axes = figure.subplots()
@@ -220,9 +218,9 @@ def rms_figure(name: str, rms: Mapping[str, Mapping[str, float]], unit: str) -> 
                 va="center", fontsize=7.5,
             )  # fmt: skip
         for number, dof in enumerate(dofs):
-            found = [(v[dof], row) for row, v in enumerate(rms.values()) if dof in v]
+            dots = [(v[dof], row) for row, v in enumerate(rms.values()) if dof in v]
             axes.plot(
-                *np.transpose(found), _MARKERS[number % len(_MARKERS)], ms=4.5, mec="white",
+                *np.transpose(dots), _MARKERS[number % len(_MARKERS)], ms=4.5, mec="white",
                 mew=0.5, color=PART_COLORS[-1 - number % len(PART_COLORS)], label=dof, zorder=3,
             )  # fmt: skip
         axes.set_yticks(range(len(rms)), list(rms))

@@ -9,11 +9,8 @@ may show nothing else. Runs start without it (`start_acceleration`); what comes 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbs_models.integration.transient_record import TransientRecord
-
-FloatArray = NDArray[np.float64]
 
 LOOKED_AT = 1 << 16  # samples at the end of a record
 # RMS of (a_k+1 − a_k)/2 over that of a: 1 for what alternates, sin(πf/fs) for a sine.

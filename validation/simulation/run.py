@@ -5,11 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from pathlib import Path
-from time import perf_counter
-from typing import TypeVar
-
-import numpy as np
-from numpy.typing import NDArray
 
 from fbs import Quantity, Record
 from fbs.errors import FbsError
@@ -25,6 +20,8 @@ from mbs_models.system.linearization import linearize
 
 from ..checks.check import Check
 from ..routes.time_domain import with_damping
+from ..runtime.clock import Clock
+from ..runtime.progress import Progress, silent
 from .drive_level import DriveLevels, check_levels, drive_levels
 from .estimates import (
     EstimatedFrfs,
@@ -36,15 +33,12 @@ from .estimates import (
 )
 from .gear_run import flank_warnings, gear_run, steady_checks
 from .long_records import channels, odd_channels
-from .plan import Plan, excited_by_meshes, plan
+from .options import Options
+from .plan import RunPlan, excited_by_meshes, plan
 from .proof import run_checks
-from .results import Request, Simulation
+from .result import SimulationResult
 from .reversal import reversed_excitation
 from .ringing import ringing, ringing_warning
-
-T = TypeVar("T")
-FloatArray = NDArray[np.float64]
-Progress = Callable[[str, int, int], None]
 
 LOWER = 0.1  # of the force, to see whether a difference falls with it
 RECORDED = ("displacement", "velocity", "acceleration")
@@ -53,18 +47,18 @@ FORWARD, BACKWARD = "forward", "reversed"  # folders of a store
 
 def run_simulation(
     drivetrain: Drivetrain,
-    request: Request,
+    options: Options,
     *,
     store: Path | None = None,
-    progress: Progress = lambda _, done, total: None,
-) -> Simulation:
+    progress: Progress = silent,
+) -> SimulationResult:
     """Integrate a drivetrain in time, and analyse what comes out.
 
     Parameters
     ----------
     drivetrain
         What is run; without damping of its own it is given Rayleigh damping, in every route.
-    request
+    options
         What is asked.
     store
         Where finished pieces of the run are kept, so that an interrupted one goes on.
@@ -77,7 +71,7 @@ def run_simulation(
         What is asked cannot be run: an unknown DoF, a band beyond Nyquist, an unstable step, a
         duration too short, a run that diverges.
     """
-    return PlannedRun(drivetrain, request, store, progress).simulation()
+    return PlannedRun(drivetrain, options, store).simulation(progress)
 
 
 class PlannedRun:
@@ -86,36 +80,36 @@ class PlannedRun:
     Its steps share what is run and how. Parameters and errors as for `run_simulation`.
     """
 
-    def __init__(
-        self, drivetrain: Drivetrain, request: Request, store: Path | None, progress: Progress
-    ) -> None:
-        self.given, self.request, self.store, self.progress = drivetrain, request, store, progress
+    def __init__(self, drivetrain: Drivetrain, options: Options, store: Path | None = None) -> None:
+        self.given, self.options, self.store = drivetrain, options, store
+        self.progress: Progress = silent
         self.drivetrain = with_damping(drivetrain)
-        self.point = _operating_point(self.drivetrain, request)
+        self.point = _operating_point(self.drivetrain, options)
         self.linear = (
             self.point.linear if self.point else linearize(build_drivetrain(self.drivetrain))
         )
-        self.plan: Plan = plan(self.linear, request, self.point)
-        if request.levels:
-            check_levels(request.excitations, self.point)
-        self.seconds: dict[str, float] = {}
+        self.plan: RunPlan = plan(self.linear, options, self.point)
+        if options.levels:
+            check_levels(options.excitations, self.point)
+        self.clock = Clock()
         self.computed_again: list[str] = []
 
-    def simulation(self) -> Simulation:
+    def simulation(self, progress: Progress = silent) -> SimulationResult:
         """Run it, and analyse what comes out."""
-        record = self._timed("time integration", lambda: self._record(FORWARD))
+        self.progress = progress
+        record = self.clock.timed("time integration", lambda: self._record(FORWARD))
         physics, unjudged = self._physics(record)
         estimated, no_frfs, share = self._frfs(record)
-        frf_checks = tuple(check for found in estimated for check in estimate_checks(found))
+        frf_checks = tuple(check for each in estimated for check in estimate_checks(each))
         levels = None
-        if self.request.levels:
-            levels = self._timed("drive levels", lambda: self._levels(self.request.levels))
+        if self.options.levels:
+            levels = self.clock.timed("drive levels", lambda: self._levels(self.options.levels))
         point = self.point
         gears = gear_run(self.drivetrain, point, record, self.plan.run_in) if point else None
-        return Simulation(
+        return SimulationResult(
             drivetrain=self.drivetrain,
             borrowed_damping=self.drivetrain is not self.given,
-            excitations=self.request.excitations,
+            excitations=self.options.excitations,
             record=record,
             run_in=self.plan.run_in,
             estimated=estimated,
@@ -134,7 +128,7 @@ class PlannedRun:
                 *unjudged,
                 *flank_warnings(self.point),
             ),
-            seconds=self.seconds,
+            seconds=self.clock.seconds,
         )
 
     def _physics(self, record: TransientRecord) -> tuple[tuple[Check, ...], tuple[str, ...]]:
@@ -147,7 +141,7 @@ class PlannedRun:
             record,
             self.plan.run_in,
             max(self.plan.fmax, excited_by_meshes(self.point)),
-            only_energy=bool(self.request.excitations) or self._too_short,
+            only_energy=bool(self.options.excitations) or self._too_short,
         )
 
     @property
@@ -155,7 +149,7 @@ class PlannedRun:
         return self.plan.duration < self.plan.least_duration * (1.0 - 1e-9)
 
     def _length_warning(self) -> tuple[str, ...]:
-        if not self._too_short or self.request.excitations:
+        if not self._too_short or self.options.excitations:
             return ()
         return (
             f"{self.plan.duration:.3g} s are too short to hold mean mesh forces against statics, "
@@ -163,16 +157,10 @@ class PlannedRun:
             f"{_rounded_up(self.plan.least_duration):g} or more would do",
         )
 
-    def _timed(self, name: str, step: Callable[[], T]) -> T:
-        began = perf_counter()
-        result = step()
-        self.seconds[name] = perf_counter() - began
-        return result
-
     def _record(self, direction: str) -> TransientRecord:
         """The run, forwards or with the excitations (not the preload) reversed."""
         static, dynamic, sign = self.plan.static, self.plan.dynamic, 1.0
-        excitations = self.request.excitations
+        excitations = self.options.excitations
         if direction == BACKWARD:
             excitations = tuple(reversed_excitation(excitation) for excitation in excitations)
             sign = -1.0
@@ -189,7 +177,7 @@ class PlannedRun:
                 integrator=self.plan.integrator,
                 sampling_frequency=self.plan.sampling_frequency,
                 start_state=(static + sign * dynamic[0], sign * dynamic[1]),
-                responses=self.request.responses,
+                responses=self.options.responses,
                 record=(*RECORDED, *gears),
                 store=store,
                 progress=lambda _, done, total: self.progress(_named(direction), done, total),
@@ -210,12 +198,12 @@ class PlannedRun:
 
     def _frfs(self, record: TransientRecord) -> tuple[tuple[EstimatedFrfs, ...], str, float | None]:
         """FRFs beside FBS', or why there are none, and geometry's even-order share."""
-        request = self.request
+        options = self.options
         moving: tuple[str, ...] = ()
-        if request.excitations:
-            dofs = [excitation.dof for excitation in request.excitations]
-            moving = responding(self.linear, record.labels, dofs, _band(request.excitations))
-        if not request.excitations:
+        if options.excitations:
+            dofs = [excitation.dof for excitation in options.excitations]
+            moving = responding(self.linear, record.labels, dofs, _band(options.excitations))
+        if not options.excitations:
             return (), "nothing excites from outside", None
         if self.point is not None and self.point.mesh_frequencies:
             why = "the meshes excite as well, and their force is no input that can be measured"
@@ -223,19 +211,19 @@ class PlannedRun:
         if not moving:
             return (), "no response moves under these forces, by symmetry", None
         backward = None
-        if request.reverse:
-            backward = self._timed("reversed run", lambda: self._record(BACKWARD))
+        if options.reverse:
+            backward = self.clock.timed("reversed run", lambda: self._record(BACKWARD))
         reason = ""
-        for quantity in _quantities(request.excitations):
+        for quantity in _quantities(options.excitations):
             measured, share = self._measured(record, backward, moving, quantity)
             try:
-                estimates = estimate_frfs(measured, request.excitations)
+                estimates = estimate_frfs(measured, options.excitations)
             except FbsError as error:
                 reason = str(error)
                 continue
             integrator = record.integrator
             power = measured.inputs.var(axis=0)
-            found = [
+            frfs = [
                 compare_with_fbs(
                     unbent(e, integrator),
                     self.drivetrain,
@@ -244,7 +232,7 @@ class PlannedRun:
                 )
                 for e in estimates
             ]
-            return tuple(found), "", share
+            return tuple(frfs), "", share
         return (), reason, None
 
     def _measured(
@@ -255,7 +243,7 @@ class PlannedRun:
         quantity: Quantity,
     ) -> tuple[Record, float | None]:
         """Forces and the motion that changes sign with them, after the run-in."""
-        inputs = tuple(dict.fromkeys(excitation.dof for excitation in self.request.excitations))
+        inputs = tuple(dict.fromkeys(excitation.dof for excitation in self.options.excitations))
         first, what = round(self.plan.run_in * record.sampling_frequency), quantity.derivative
         columns = [record.labels.index(label) for label in outputs]
         forward = getattr(record, RECORDED[what])[first:]
@@ -272,22 +260,22 @@ class PlannedRun:
     def _levels(self, factors: tuple[float, ...]) -> DriveLevels:
         return drive_levels(
             self.drivetrain,
-            self.request.excitations[0],
+            self.options.excitations[0],
             factors,
             self.plan.integrator,
             self.plan.sampling_frequency,
-            self.request.responses or self.linear.dofs,
+            self.options.responses or self.linear.dofs,
             self.point,
             self.progress,
-            reverse=self.request.reverse,
+            reverse=self.options.reverse,
         )
 
     def _hints(self, checks: tuple[Check, ...]) -> tuple[str, ...]:
         """What a tenth of the force makes of a disagreement."""
-        if all(check.agrees for check in checks) or self.request.levels:
+        if all(check.agrees for check in checks) or self.options.levels:
             return ()
-        if len(self.request.excitations) > 1 or not isinstance(
-            self.request.excitations[0].signal, Multisine
+        if len(self.options.excitations) > 1 or not isinstance(
+            self.options.excitations[0].signal, Multisine
         ):
             return (
                 "A record that is cut off leaks: run longer (--duration). Geometry falls with the "
@@ -322,21 +310,21 @@ def _named(direction: str) -> str:
     return "time integration" + (", force reversed" if direction == BACKWARD else "")
 
 
-def _operating_point(drivetrain: Drivetrain, request: Request) -> OperatingPoint | None:
+def _operating_point(drivetrain: Drivetrain, options: Options) -> OperatingPoint | None:
     """The operating point asked for, or the model file's; None: unloaded and at rest.
 
     A speed of 0 asks for the FRFs of the drivetrain at rest, under the torque if there is one.
     """
     operation = drivetrain.operation
-    if request.speed_rpm == 0.0 and not request.torque:
+    if options.speed_rpm == 0.0 and not options.torque:
         torque = None if operation is None else operation.torque
-        if not torque or request.torque == 0.0:
+        if not torque or options.torque == 0.0:
             return None
-    asked = request.speed_rpm is not None or request.torque is not None
+    asked = options.speed_rpm is not None or options.torque is not None
     given = operation is not None and (operation.speed is not None or operation.torque is not None)
     if not asked and not given:
         return None
-    return operating_point(drivetrain, speed_rpm=request.speed_rpm, torque=request.torque)
+    return operating_point(drivetrain, speed_rpm=options.speed_rpm, torque=options.torque)
 
 
 def _band(excitations: tuple[Excitation[Signal], ...]) -> tuple[float, float]:

@@ -1,22 +1,27 @@
-"""The report of a run, section by section: what is said, and the figures that show it."""
+"""Sections of a run's page: what is said, and the figures that show it."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fbs.signal.spectra import amplitude_spectrum, spectrogram
 from fbs.signal.swept_sine import peak_hold, sweep_error
 from mbs_models.gears.gear_response import rms_per_body
 from mbs_models.signals.sines import SteppedSine, Sweep
 
+from ..arrays import FloatArray
+from ..report.frf_panel import FrfPanel, frf_figure
+from ..report.page import (
+    Block,
+    Picture,
+    Section,
+)
 from ..routes.modes import equation_modes
 from .drive_level import DriveLevels, frf_of
 from .estimates import DECIBEL_TOLERANCE, DEGREE_TOLERANCE, EstimatedFrfs, estimator
-from .frf_figures import FrfPair, LevelCurve, frf_figure, level_figure, peak_hold_figure
+from .frf_figures import LevelCurve, estimate_panel, level_figure, peak_hold_panel
 from .gear_run import LEAST_TURNS, NOTHING_EXCITES, GearRun, RingSensor
 from .long_records import thinned, thinned_places
 from .order_figures import Theory, order_figure
@@ -27,12 +32,9 @@ from .record_figures import (
     spectrogram_figure,
     spectrum_figure,
 )
-from .results import Simulation
+from .result import SimulationResult
 from .ringing import ringing
 
-FloatArray = NDArray[np.float64]
-
-UNIT = "m/N"
 PLAY = (
     "Gears with play that are lightly loaded may have several steady states at one speed, one of "
     "them rattling; which one a run ends in its start decides, here the static equilibrium."
@@ -46,32 +48,18 @@ MESH_PERIODS = 8  # of mesh forces drawn
 HELD_LINES = 120  # of a peak-hold
 
 
-@dataclass(frozen=True)
-class Section:
-    """A heading, paragraphs below it, and figures (SVG)."""
-
-    anchor: str
-    title: str
-    words: tuple[str, ...]
-    figures: tuple[str, ...]
-
-
-def sections(found: Simulation) -> tuple[Section, ...]:
-    """Everything the report shows beside its verdicts and tables."""
-    return tuple(_sections(found))
-
-
-def _sections(found: Simulation) -> Iterator[Section]:
-    for number, estimated in enumerate(found.estimated):
+def sections(result: SimulationResult) -> Iterator[Section]:
+    """Everything the page shows beside its verdicts and tables."""
+    for number, estimated in enumerate(result.estimated):
         yield _frfs(estimated, number)
-    if found.levels is not None:
-        yield _levels(found.levels)
-    if found.gears is not None:
-        yield from _gears(found, found.gears)
-    swept = _swept(found)
+    if result.levels is not None:
+        yield _levels(result.levels)
+    if result.gears is not None:
+        yield from _gears(result, result.gears)
+    swept = _swept(result)
     if swept is not None:
         yield swept
-    yield _motion(found)
+    yield _motion(result)
 
 
 def _frfs(estimated: EstimatedFrfs, place: int) -> Section:
@@ -92,26 +80,26 @@ def _frfs(estimated: EstimatedFrfs, place: int) -> Section:
             f"Coherence: median {np.median(coherence):.4f}, lowest {coherence.min():.2f}. Where it "
             "is low the estimate scatters, and is allowed to."
         )
-    figures = [
-        frf_figure(
-            f"frf{place}-{number}",
+    panels = (
+        estimate_panel(
+            f"{frf.responses[i]} ← {frf.excitations[j]}",
             frf.frequency,
-            FrfPair(
-                f"{frf.responses[i]} ← {frf.excitations[j]}",
-                frf.values[:, i, j],
-                reference.values[:, i, j],
-                estimated.compared[:, i, j],
-            ),
-            UNIT,
-            allowed=(
+            frf.values[:, i, j],
+            reference.values[:, i, j],
+            estimated.compared[:, i, j],
+            (
                 estimated.allowed_db[:, i, j],
                 estimated.allowed_db[:, i, j] * (DEGREE_TOLERANCE / DECIBEL_TOLERANCE),
             ),
         )
-        for number, (i, j) in enumerate(_shown(estimated))
-    ]
+        for i, j in _shown(estimated)
+    )
+    pictures = (
+        Picture(frf_figure(panel, f"frf{place}-{number}", f"FRF {panel.title} in time and by FBS"))
+        for number, panel in enumerate(panels)
+    )
     title = f"FRFs from {', '.join(frf.excitations)}, against FBS"
-    return Section(f"frfs{place}", title, tuple(words), tuple(figures))
+    return Section(f"frfs{place}", title, (*words, *pictures))
 
 
 def _shown(estimated: EstimatedFrfs) -> list[tuple[int, int]]:
@@ -136,13 +124,13 @@ def _shown(estimated: EstimatedFrfs) -> list[tuple[int, int]]:
 def _levels(levels: DriveLevels) -> Section:
     reference = frf_of(levels)
     if reference is None:
-        return Section("levels", "FRF against drive level", (levels.conclusion,), ())
+        return Section("levels", "FRF against drive level", (levels.conclusion,))
     at = reference.excitations[0]
     row = reference.responses.index(at) if at in reference.responses else 0
     curves = [
         LevelCurve(
             level.peak_force,
-            None if level.found is None else level.found.estimate.frf.values[:, row, 0],
+            None if level.estimated is None else level.estimated.estimate.frf.values[:, row, 0],
             level.worst_db,
             level.median_db,
         )
@@ -153,7 +141,6 @@ def _levels(levels: DriveLevels) -> Section:
         reference.frequency,
         reference.values[:, row, 0],
         curves,
-        UNIT,
         f"{reference.responses[row]} ← {at}",
         DECIBEL_TOLERANCE,
     )
@@ -163,16 +150,17 @@ def _levels(levels: DriveLevels) -> Section:
         "in the last of three periods. A gearbox that is driven harder tilts its lines of action "
         "and lifts its teeth; FBS couples FRFs of small motions about the state it is in.",
     )
-    return Section("levels", "FRF against drive level", words, (figure,))
+    return Section("levels", "FRF against drive level", (*words, Picture(figure)))
 
 
-def _gears(found: Simulation, gears: GearRun) -> Iterator[Section]:
-    rate = found.record.sampling_frequency
+def _gears(result: SimulationResult, gears: GearRun) -> Iterator[Section]:
+    rate = result.record.sampling_frequency
     point = gears.point
     lowest = min(point.mesh_frequencies.values(), default=0.0)
     count = len(gears.mesh_forces)
     shown = min(count, round(MESH_PERIODS * rate / lowest)) if lowest else count
-    time = found.run_in + np.arange(count - shown, count) / rate  # the last: settled
+    time = result.run_in + np.arange(count - shown, count) / rate  # the last: settled
+    figure = mesh_figure("meshes", time, gears.mesh_forces[count - shown :], gears.loads)
     yield Section(
         "meshes",
         "Mesh forces",
@@ -181,12 +169,12 @@ def _gears(found: Simulation, gears: GearRun) -> Iterator[Section]:
             "Force of each mesh along its line of action, positive where the loaded flanks press; "
             "the dynamic factor is the largest force over the mean one.",
             *([PLAY] if any(law.backlash for law in point.laws.values()) else []),
+            Picture(figure),
         ),
-        (mesh_figure("meshes", time, gears.mesh_forces[count - shown :], gears.loads),),
     )
     if gears.mesh_spectrum is not None:
-        band = gears.mesh_spectrum.frequency <= highest_shown(found)
-        figures = [
+        band = gears.mesh_spectrum.frequency <= highest_shown(result)
+        figures = (
             order_figure(
                 f"orders{column}",
                 gears.mesh_spectrum.frequency[band],
@@ -197,10 +185,11 @@ def _gears(found: Simulation, gears: GearRun) -> Iterator[Section]:
             )
             for column, load in enumerate(gears.loads)
             if load.name in _first_of_each(gears)
-        ]
-        yield Section("orders", "Orders of the mesh forces", _phasing_words(gears), tuple(figures))
+        )
+        blocks: tuple[Block, ...] = (*_phasing_words(gears), *map(Picture, figures))
+        yield Section("orders", "Orders of the mesh forces", blocks)
     for sensor in gears.sensors:
-        yield _sensor(sensor, highest_shown(found))
+        yield _sensor(sensor, highest_shown(result))
 
 
 def _first_of_each(gears: GearRun) -> set[str]:
@@ -218,10 +207,10 @@ def _phasing_words(gears: GearRun) -> tuple[str, ...]:
         "frequency and its multiples; through torque that one stage passes on, so do other stages."
     ]
     for stage, harmonics in gears.phasing.items():
-        told = ", ".join(
+        excited = ", ".join(
             f"{phasing.harmonic}·mesh excites {phasing.excited} modes only" for phasing in harmonics
         )
-        words.append(f"Planet phasing of {stage} (from its tooth numbers): {told}.")
+        words.append(f"Planet phasing of {stage} (from its tooth numbers): {excited}.")
         if stage not in [sensor.stage for sensor in gears.sensors]:
             words.append(
                 f"Sidebands of {stage} are not shown: its carrier turns less than {LEAST_TURNS:g} "
@@ -248,16 +237,31 @@ def _sensor(sensor: RingSensor, highest: float) -> Section:
         "the first planet’s mesh force alone.",
         f"Largest difference between run and theory: {sensor.deviation:.2g} of the largest line.",
     )
-    return Section(f"sensor-{sensor.stage}", f"Sidebands of {sensor.stage}", words, (figure,))
+    blocks = (*words, Picture(figure))
+    return Section(f"sensor-{sensor.stage}", f"Sidebands of {sensor.stage}", blocks)
 
 
-def _swept(found: Simulation) -> Section | None:
+def _swept(result: SimulationResult) -> Section | None:
     """Peak-hold of a sine that glides, over FBS' FRF."""
-    if not found.estimated or len(found.excitations) != 1:
+    panel = swept_panel(result)
+    if panel is None:
         return None
-    excitation = found.excitations[0]
-    signal, record = excitation.signal, found.record
-    frf = found.estimated[0].reference
+    words = (
+        "What an operator reads off a sweep: the largest acceleration while the sine is within a "
+        "band, over its force and ω². A sweep that is fast for a resonance does not let it build "
+        "up: the peak is lower, and later, and what rings on hides antiresonances."
+    )
+    figure = frf_figure(panel, "held", f"Peak-hold of a sweep over the FRF {panel.title}")
+    return Section("held", "Peak-hold of the sweep", (words, Picture(figure)))
+
+
+def swept_panel(result: SimulationResult) -> FrfPanel | None:
+    """The same as a figure's data; None where nothing glides, or no FRF is known."""
+    if not result.estimated or len(result.excitations) != 1:
+        return None
+    excitation = result.excitations[0]
+    signal, record = excitation.signal, result.record
+    frf = result.estimated[0].reference
     if not isinstance(signal, Sweep | SteppedSine) or excitation.dof not in frf.responses:
         return None
     assert record.acceleration is not None
@@ -273,22 +277,14 @@ def _swept(found: Simulation) -> Section | None:
         _held_bands(signal, swept[during]),
     )
     driving = frf.between(excitation.dof, excitation.dof)
-    figure = peak_hold_figure(
-        "held",
-        held.frequency,
-        held.magnitude / (2.0 * np.pi * held.frequency) ** 2,
+    return peak_hold_panel(
+        f"{excitation.dof} ← {excitation.dof}",
         frf.frequency,
         driving,
-        UNIT,
-        f"{excitation.dof} ← {excitation.dof}",
-        predicted=_swept_peaks(found, signal, frf.frequency, np.abs(driving)),
+        held.frequency,
+        held.magnitude / (2.0 * np.pi * held.frequency) ** 2,
+        _swept_peaks(result, signal, frf.frequency, np.abs(driving)),
     )
-    words = (
-        "What an operator reads off a sweep: the largest acceleration while the sine is within a "
-        "band, over its force and ω². A sweep that is fast for a resonance does not let it build "
-        "up: the peak is lower, and later, and what rings on hides antiresonances.",
-    )
-    return Section("held", "Peak-hold of the sweep", words, (figure,))
 
 
 def _held_bands(signal: Sweep | SteppedSine, swept: FloatArray) -> FloatArray:
@@ -302,7 +298,7 @@ def _held_bands(signal: Sweep | SteppedSine, swept: FloatArray) -> FloatArray:
 
 
 def _swept_peaks(
-    found: Simulation, signal: Sweep | SteppedSine, frequency: FloatArray, size: FloatArray
+    result: SimulationResult, signal: Sweep | SteppedSine, frequency: FloatArray, size: FloatArray
 ) -> tuple[FloatArray, FloatArray] | None:
     """Where the sweep's rate should leave the peaks of |H| that stand alone, and how high."""
     if not isinstance(signal, Sweep):
@@ -311,7 +307,7 @@ def _swept_peaks(
     peaks = frequency[1:-1][(inner > size[:-2]) & (inner > size[2:])]
     first, last = signal.band
     places = []
-    for mode in equation_modes(found.drivetrain).modes:
+    for mode in equation_modes(result.drivetrain).modes:
         f, ratio = mode.frequency_hz, mode.damping_ratio
         if not (first < f < last and 0.0 < ratio < 0.1 and (np.abs(peaks - f) < ratio * f).any()):
             continue
@@ -324,13 +320,13 @@ def _swept_peaks(
     return at, height
 
 
-def _motion(found: Simulation) -> Section:
-    record = found.record
-    first = round(found.run_in * record.sampling_frequency)
+def _motion(result: SimulationResult) -> Section:
+    record = result.record
+    first = round(result.run_in * record.sampling_frequency)
     assert record.acceleration is not None
     motion = np.asarray(record.acceleration)[first:]
     rms = _without(rms_per_body(record.labels, motion), ringing(record))
-    shown = {label: motion[:, record.labels.index(label)] for label in _loudest(found, rms)}
+    shown = {label: motion[:, record.labels.index(label)] for label in _loudest(result, rms)}
     rate = record.sampling_frequency
     resolution = rate / min(len(motion), 2 * SPECTRUM_LINES)
     spectra = {
@@ -338,7 +334,7 @@ def _motion(found: Simulation) -> Section:
         for label, values in shown.items()
     }
     frequency = next(iter(spectra.values())).frequency
-    band = (frequency > 0.0) & (frequency <= highest_shown(found))
+    band = (frequency > 0.0) & (frequency <= highest_shown(result))
     places = thinned_places(len(motion), HISTORY_COLUMNS)
     figures = [
         history_figure(
@@ -358,14 +354,14 @@ def _motion(found: Simulation) -> Section:
         "Accelerations of the DoFs that move most, their spectra, and the RMS of every body "
         "(rotations as r·θ)."
     ]
-    if any(excitation.signal.duration is not None for excitation in found.excitations):
+    if any(excitation.signal.duration is not None for excitation in result.excitations):
         label, values = next(iter(shown.items()))
         if len(values) > LONGEST_MAP:
             words.append(f"The spectrogram is of the first {LONGEST_MAP / rate:.3g} s.")
             values = values[:LONGEST_MAP]
-        finest = highest_shown(found) / SPECTROGRAM_LINES
+        finest = highest_shown(result) / SPECTROGRAM_LINES
         gram = spectrogram(values, rate, resolution=max(finest, rate / len(values)))
-        kept = gram.frequency <= highest_shown(found)
+        kept = gram.frequency <= highest_shown(result)
         figures.append(
             spectrogram_figure(
                 "spectrogram",
@@ -377,7 +373,7 @@ def _motion(found: Simulation) -> Section:
             )
         )
     figures.append(rms_figure("rms", rms, "m/s²"))
-    return Section("motion", "Motion", tuple(words), tuple(figures))
+    return Section("motion", "Motion", (*words, *map(Picture, figures)))
 
 
 def _without(
@@ -393,18 +389,18 @@ def _without(
     }
 
 
-def highest_shown(found: Simulation) -> float:
+def highest_shown(result: SimulationResult) -> float:
     """End of the band that figures show (Hz)."""
-    bands = [excitation.signal.band[1] for excitation in found.excitations]
-    if found.gears is not None:
-        bands += [6.0 * f for f in found.gears.point.mesh_frequencies.values()]
-    return min(1.25 * max(bands, default=1000.0), found.record.sampling_frequency / 2.0)
+    bands = [excitation.signal.band[1] for excitation in result.excitations]
+    if result.gears is not None:
+        bands += [6.0 * f for f in result.gears.point.mesh_frequencies.values()]
+    return min(1.25 * max(bands, default=1000.0), result.record.sampling_frequency / 2.0)
 
 
-def _loudest(found: Simulation, rms: Mapping[str, Mapping[str, float]]) -> list[str]:
+def _loudest(result: SimulationResult, rms: Mapping[str, Mapping[str, float]]) -> list[str]:
     """Excited DoFs first, then the largest of other bodies."""
-    labels = found.record.labels
-    chosen = [e.dof for e in found.excitations if e.dof in labels]
+    labels = result.record.labels
+    chosen = [e.dof for e in result.excitations if e.dof in labels]
     bodies = {label.rpartition(".")[0] for label in chosen}
     others = [
         (max(dofs.values()), f"{body}.{max(dofs, key=lambda dof: dofs[dof])}")

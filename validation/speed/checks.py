@@ -16,16 +16,13 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbs_models.gears.orders import free_motions
-from mbs_models.model.parameters import PlanetaryStage
 
+from ..arrays import FloatArray
 from ..checks.check import Check
-from .steady import Speeds
+from .steady import SteadyStates
 from .turning import MeshFamily, Turning
-
-FloatArray = NDArray[np.float64]
 
 ROUTES = ("statics", "harmonic balance")
 MEAN_TOLERANCE = 1e-6
@@ -35,9 +32,9 @@ MEAN_REASON = (
 )
 
 
-def steady_checks(turning: Turning, found: Speeds) -> tuple[Check, ...]:
+def steady_checks(turning: Turning, states: SteadyStates) -> tuple[Check, ...]:
     """Mean forces against statics, and on every planet sun's against ring's."""
-    return (*_torques(turning, found), *_planets(turning, found))
+    return (*_torques(turning, states), *_planets(turning, states))
 
 
 def load_of(turning: Turning) -> FloatArray:
@@ -49,7 +46,7 @@ def load_of(turning: Turning) -> FloatArray:
     return load
 
 
-def _torques(turning: Turning, found: Speeds) -> Iterator[Check]:
+def _torques(turning: Turning, states: SteadyStates) -> Iterator[Check]:
     load = load_of(turning)
     if not np.any(load):
         return
@@ -57,13 +54,13 @@ def _torques(turning: Turning, found: Speeds) -> Iterator[Check]:
         held = _held_by(turning, family)
         if held is None:
             continue
-        mean = found.mesh[found.ok][:, 0, list(family.columns)].real.sum(axis=1)
+        mean = states.mesh[states.ok][:, 0, list(family.columns)].real.sum(axis=1)
         wanted = float(load @ held)
         yield _check(
             "mean mesh forces against statics",
             family.name,
             "largest difference of their sum, of the largest of any",
-            found.rpm[found.ok],
+            states.rpm[states.ok],
             np.abs(mean - wanted) / max(np.abs(mean).max(), abs(wanted)),
         )
 
@@ -89,21 +86,19 @@ def _held_by(turning: Turning, family: MeshFamily) -> FloatArray | None:
     return np.asarray(free @ share)
 
 
-def _planets(turning: Turning, found: Speeds) -> Iterator[Check]:
-    by_name = {family.name: family for family in turning.families}
-    for stage in turning.plan.drivetrain.stages:
-        if not isinstance(stage, PlanetaryStage) or not np.any(turning.static_forces):
-            continue
-        sun, ring = (by_name[f"{stage.name} {which} meshes"] for which in ("sun", "ring"))
-        mean = found.mesh[found.ok][:, 0].real
-        apart = np.abs(mean[:, list(sun.columns)] - mean[:, list(ring.columns)]).max(axis=1)
-        yield _check(
-            "mean force of sun and ring on every planet",
-            stage.name,
-            "largest difference, of the largest mean force",
-            found.rpm[found.ok],
-            apart / np.abs(mean[:, list(sun.columns)]).max(),
-        )
+def _planets(turning: Turning, states: SteadyStates) -> Iterator[Check]:
+    columns = {family.name: list(family.columns) for family in turning.families}
+    mean = states.mesh[states.ok][:, 0].real
+    for stage in turning.plan.drivetrain.stages if np.any(turning.static_forces) else ():
+        for _, *families in stage.planet_meshes():
+            sun, ring = (mean[:, columns[family.label]] for family in families)
+            yield _check(
+                "mean force of sun and ring on every planet",
+                stage.name,
+                "largest difference, of the largest mean force",
+                states.rpm[states.ok],
+                np.abs(sun - ring).max(axis=1) / np.abs(sun).max(),
+            )
 
 
 def _check(name: str, subject: str, measure: str, rpm: FloatArray, values: FloatArray) -> Check:

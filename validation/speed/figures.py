@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import EngFormatter, FuncFormatter, MaxNLocator
-from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from ..report.style import (
     INK,
     MUTED,
@@ -28,8 +28,6 @@ from ..report.style import (
     svg,
 )
 from .findings import SpeedRange
-
-FloatArray = NDArray[np.float64]
 
 DASHES = ("solid", (0, (5, 1.5)), (0, (1.5, 1.5)), (0, (6, 1.5, 1.5, 1.5)))
 COLOURS = "YlGnBu"  # pale where there is little
@@ -305,7 +303,7 @@ def growth_figure(name: str, rpm: FloatArray, growth: FloatArray, shades: Shades
         return svg(figure, name, "Growth rate of the fastest growing motion over speed")
 
 
-def witness_figure(
+def reference_figure(
     name: str,
     frequency: FloatArray,
     channels: Mapping[str, tuple[FloatArray, FloatArray]],
@@ -320,7 +318,7 @@ def witness_figure(
     frequency
         (n_line,) Hz.
     channels
-        Title → amplitudes by harmonic balance and from exudyn, NaN where they are not judged.
+        Title → amplitudes by harmonic balance and from exudyn, NaN where they are not compared.
     unit
         Of the amplitudes.
     """

@@ -6,16 +6,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbs_models.modal.energy import ComponentShares
 from mbs_models.modal.mode_kinds import Kind, Modes
 from mbs_models.system.components import Components
 
-from .steady import Speeds
+from ..arrays import BoolArray, ComplexArray, FloatArray
+from .steady import SteadyStates
 from .turning import MeshFamily, Turning
-
-FloatArray = NDArray[np.float64]
 
 # A peak stands out of the valleys beside it by so much of its family's highest, and by so much of
 # the static force: less is no resonance to mind.
@@ -66,13 +64,13 @@ class Peak:
 
 @dataclass(frozen=True)
 class SpeedRange:
-    """Speeds from first to last of those computed (rpm)."""
+    """SteadyStates from first to last of those computed (rpm)."""
 
     first: float
     last: float
 
     @property
-    def in_words(self) -> str:
+    def description(self) -> str:
         """As ``1200–1310 rpm``."""
         if self.first == self.last:
             return f"{self.first:.5g} rpm"
@@ -88,28 +86,30 @@ class Parting:
     least: float  # smallest force of any of them over its static one
 
 
-def dynamic_factors(turning: Turning, found: Speeds) -> FloatArray:
+def dynamic_factors(turning: Turning, states: SteadyStates) -> FloatArray:
     """K_v = max F / static F (n, n_mesh); NaN of meshes without a static force."""
     static = turning.static_forces
-    factors = np.full(found.mesh_max.shape, np.nan)
-    np.divide(found.mesh_max, static, out=factors, where=static > 0.0)
+    factors = np.full(states.mesh_max.shape, np.nan)
+    np.divide(states.mesh_max, static, out=factors, where=static > 0.0)
     return factors
 
 
-def family_heights(turning: Turning, found: Speeds) -> dict[str, FloatArray]:
+def family_heights(turning: Turning, states: SteadyStates) -> dict[str, FloatArray]:
     """Family → (n,) the largest dynamic factor of its meshes; without load, largest swing (N)."""
-    factors = dynamic_factors(turning, found)
-    swing = found.mesh_max - found.mesh[:, 0].real
+    factors = dynamic_factors(turning, states)
+    swing = states.mesh_max - states.mesh[:, 0].real
     values = factors if np.any(turning.static_forces > 0.0) else swing
     return {family.name: values[:, list(family.columns)].max(axis=1) for family in turning.families}
 
 
-def peaks(turning: Turning, found: Speeds, modes: Modes, *, most: int = 20) -> tuple[Peak, ...]:
+def peaks(
+    turning: Turning, states: SteadyStates, modes: Modes, *, most: int = 20
+) -> tuple[Peak, ...]:
     """The resonances that stand out, the highest first."""
-    if len(found.rpm) < 3:
+    if len(states.rpm) < 3:
         return ()
     kept: list[Peak] = []
-    for peak in sorted(_family_peaks(turning, found, modes), key=lambda peak: -peak.height):
+    for peak in sorted(_family_peaks(turning, states, modes), key=lambda peak: -peak.height):
         if not any(
             other.line == peak.line
             and abs(other.speed_rpm - peak.speed_rpm) <= SAME_SPEED * peak.speed_rpm
@@ -119,10 +119,10 @@ def peaks(turning: Turning, found: Speeds, modes: Modes, *, most: int = 20) -> t
     return tuple(kept[:most])
 
 
-def _family_peaks(turning: Turning, found: Speeds, modes: Modes) -> Iterator[Peak]:
+def _family_peaks(turning: Turning, states: SteadyStates, modes: Modes) -> Iterator[Peak]:
     from scipy.signal import find_peaks  # takes its time to load
 
-    heights = family_heights(turning, found)
+    heights = family_heights(turning, states)
     static = turning.static_forces
     base = 1.0 if np.any(static > 0.0) else 0.0
     answers = ModeAnswers.of(turning, modes)
@@ -132,31 +132,31 @@ def _family_peaks(turning: Turning, found: Speeds, modes: Modes) -> Iterator[Pea
         if not least > 0.0:
             continue
         for at in find_peaks(curve, prominence=least)[0]:
-            column = _loudest(family, found, int(at), static)
-            line = _rising_line(found, int(at), column)
+            column = _loudest(family, states, int(at), static)
+            line = _rising_line(states, int(at), column)
             order = float(turning.lines.orders[line])
-            speed = float(found.rpm[at])
+            speed = float(states.rpm[at])
             mode, share = answers.loudest(
-                found.acceleration[at, line], column, order * speed / 60.0
+                states.acceleration[at, line], column, order * speed / 60.0
             )
             yield Peak(
                 speed, family.name, turning.meshes[column], line, order * speed / 60.0, order,
                 float(curve[at]),
-                float(found.mesh_max[at, column] - found.mesh[at, 0, column].real),
+                float(states.mesh_max[at, column] - states.mesh[at, 0, column].real),
                 mode, share,
             )  # fmt: skip
 
 
-def _loudest(family: MeshFamily, found: Speeds, at: int, static: FloatArray) -> int:
+def _loudest(family: MeshFamily, states: SteadyStates, at: int, static: FloatArray) -> int:
     columns = list(family.columns)
     scale = np.where(static[columns] > 0.0, static[columns], 1.0)
-    return columns[int(np.argmax(found.mesh_max[at, columns] / scale))]
+    return columns[int(np.argmax(states.mesh_max[at, columns] / scale))]
 
 
-def _rising_line(found: Speeds, at: int, column: int) -> int:
+def _rising_line(states: SteadyStates, at: int, column: int) -> int:
     """The line that stands out most over what it is a little slower and faster."""
-    amplitude = np.nan_to_num(np.abs(found.mesh[:, 1:, column]))
-    beside = closest(found.rpm, [found.rpm[at] * (1.0 - BESIDE), found.rpm[at] * (1.0 + BESIDE)])
+    amplitude = np.nan_to_num(np.abs(states.mesh[:, 1:, column]))
+    beside = closest(states.rpm, [states.rpm[at] * (1.0 - BESIDE), states.rpm[at] * (1.0 + BESIDE)])
     return int(np.argmax(amplitude[at] - amplitude[beside].mean(axis=0))) + 1
 
 
@@ -205,9 +205,7 @@ class ModeAnswers:
             np.array([modes.modes[group[0]].frequency_hz for group in groups]),
         )
 
-    def loudest(
-        self, acceleration: NDArray[np.complex128], mesh: int, frequency: float
-    ) -> tuple[int, float]:
+    def loudest(self, acceleration: ComplexArray, mesh: int, frequency: float) -> tuple[int, float]:
         """The mode (the first of repeated ones) with the largest share, and that share.
 
         Of modes near the line's frequency (Hz) if one of them matters: a mesh's deflection is
@@ -222,7 +220,7 @@ class ModeAnswers:
         return self.groups[best][0], float(sums[best] / whole) if whole else 0.0
 
 
-def ranges(rpm: FloatArray, where: NDArray[np.bool_]) -> tuple[SpeedRange, ...]:
+def ranges(rpm: FloatArray, where: BoolArray) -> tuple[SpeedRange, ...]:
     """Runs of neighbouring speeds."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], where, [False]]).astype(int)))
     return tuple(
@@ -231,7 +229,7 @@ def ranges(rpm: FloatArray, where: NDArray[np.bool_]) -> tuple[SpeedRange, ...]:
     )
 
 
-def partings(turning: Turning, found: Speeds) -> tuple[Parting, ...]:
+def partings(turning: Turning, states: SteadyStates) -> tuple[Parting, ...]:
     """Families whose loaded teeth the linear steady state parts, and over which speeds."""
     static = turning.static_forces
     parted = []
@@ -239,8 +237,8 @@ def partings(turning: Turning, found: Speeds) -> tuple[Parting, ...]:
         columns = [column for column in family.columns if static[column] > 0.0]
         if not columns:
             continue
-        least = (found.mesh_min[:, columns] / static[columns]).min(axis=1)
-        open_ = ranges(found.rpm, least < 0.0)
+        least = (states.mesh_min[:, columns] / static[columns]).min(axis=1)
+        open_ = ranges(states.rpm, least < 0.0)
         if open_:
             parted.append(Parting(family.name, open_, float(np.nanmin(least))))
     return tuple(parted)
@@ -248,7 +246,7 @@ def partings(turning: Turning, found: Speeds) -> tuple[Parting, ...]:
 
 def loose_meshes(turning: Turning) -> tuple[str, ...]:
     """Families with backlash and without load: nothing says which of their flanks touch."""
-    told = []
+    warnings = []
     for family in turning.families:
         loose = [
             column
@@ -257,14 +255,14 @@ def loose_meshes(turning: Turning) -> tuple[str, ...]:
             and turning.static_forces[column] == 0.0
         ]
         if loose:
-            told.append(
+            warnings.append(
                 f"{family.name}: backlash and no load; the linear steady state keeps their teeth "
                 "in contact, and its numbers do not hold"
             )
-    return tuple(told)
+    return tuple(warnings)
 
 
-def energy_in_words(shares: ComponentShares, mode: int) -> str:
+def describe_energy(shares: ComponentShares, mode: int) -> str:
     """Where most of a mode's energy is, as ``mesh a – b 41 %, shaft … 20 %``."""
     most = shares.most("strain", mode, 2)
     return ", ".join(f"{name} {share:.0%}".replace("%", " %") for name, share in most)
@@ -275,9 +273,9 @@ def closest(rpm: FloatArray, speeds: Sequence[float]) -> list[int]:
     return [int(np.argmin(np.abs(rpm - speed))) for speed in speeds]
 
 
-def loudest_dofs(parts: Components, found: Speeds) -> tuple[str, ...]:
+def loudest_dofs(parts: Components, states: SteadyStates) -> tuple[str, ...]:
     """Of every body the DoF that accelerates most (rms, at its worst speed); planets are one."""
-    level = np.sqrt(0.5 * np.nansum(np.abs(found.acceleration[:, 1:]) ** 2, axis=1)).max(axis=0)
+    level = np.sqrt(0.5 * np.nansum(np.abs(states.acceleration[:, 1:]) ** 2, axis=1)).max(axis=0)
     best: dict[str, int] = {}
     for number, dof in enumerate(parts.dofs):
         body = dof.rpartition(".")[0].rstrip("0123456789")

@@ -16,7 +16,7 @@ from mbs_models.contact.mesh_excitation import CONSTANT
 from ..errors import CommandError
 from ..routes.floquet import Tongue, parametric_system, tongues
 from .findings import GROWING, SpeedRange, ranges
-from .steady import Speeds
+from .steady import SteadyStates
 from .turning import Turning
 
 HIGHEST = 2e4  # Hz; modes above are not named, unless a mesh reaches them with its harmonics
@@ -35,7 +35,7 @@ class StageTongue:
     half_width: float
 
     @property
-    def in_words(self) -> str:
+    def description(self) -> str:
         """As ``2 × mesh reducer ≈ 1320 + 1320 Hz``."""
         first, second = self.tongue.modes
         times = f"{self.tongue.harmonic} × " if self.tongue.harmonic > 1 else ""
@@ -62,19 +62,19 @@ class Unstable:
     tongue: StageTongue | None
 
 
-def unstable_ranges(turning: Turning, found: Speeds) -> tuple[Unstable, ...]:
+def unstable_ranges(turning: Turning, states: SteadyStates) -> tuple[Unstable, ...]:
     """Where motions grow; their tongues."""
-    slowest = float(np.min(turning.lines.fundamentals)) * found.rpm / 60.0
-    growing = found.growth > GROWING * slowest
+    slowest = float(np.min(turning.lines.fundamentals)) * states.rpm / 60.0
+    growing = states.growth > GROWING * slowest
     if not growing.any():
         return ()
     known = stage_tongues(turning)
     unstable = []
-    for reach in ranges(found.rpm, growing):
-        inside = (found.rpm >= reach.first) & (found.rpm <= reach.last)
-        at = int(np.flatnonzero(inside)[np.argmax(found.growth[inside])])
-        speed = float(found.rpm[at])
-        unstable.append(Unstable(reach, speed, float(found.growth[at]), _nearest(known, speed)))
+    for reach in ranges(states.rpm, growing):
+        inside = (states.rpm >= reach.first) & (states.rpm <= reach.last)
+        at = int(np.flatnonzero(inside)[np.argmax(states.growth[inside])])
+        speed = float(states.rpm[at])
+        unstable.append(Unstable(reach, speed, float(states.growth[at]), _nearest(known, speed)))
     return tuple(unstable)
 
 

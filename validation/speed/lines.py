@@ -46,15 +46,15 @@ def _name(point: NDArray[np.int64], steps: dict[str, NDArray[np.int64]], most: i
     ]
     if own:
         return " = ".join(own)
-    found = []
+    names = []
     for first, second in combinations(steps, 2):
         for a, b in product(range(-most, most + 1), repeat=2):
             if a and b and np.array_equal(a * steps[first] + b * steps[second], point):
                 terms = sorted([(a, first), (b, second)], key=lambda term: term[0] < 0)
                 sign = "+" if terms[1][0] > 0 else "−"
                 words = f"{_term(terms[0][0], terms[0][1])} {sign} "
-                found.append((abs(a) + abs(b), words + _term(abs(terms[1][0]), terms[1][1])))
-    size, name = min(found, default=(MOST_TERMS + 1, ""))
+                names.append((abs(a) + abs(b), words + _term(abs(terms[1][0]), terms[1][1])))
+    size, name = min(names, default=(MOST_TERMS + 1, ""))
     return name if size <= MOST_TERMS else ""
 
 

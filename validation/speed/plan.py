@@ -7,15 +7,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbs_models.errors import ModelError
 from mbs_models.modal.mode_kinds import label_inertias
 from mbs_models.model.parameters import Drivetrain
 
+from ..arrays import FloatArray
 from ..errors import CommandError
-
-FloatArray = NDArray[np.float64]
 
 DEFAULT_SPEEDS = 300
 MOST_SPEEDS = 100_000
@@ -39,7 +37,7 @@ class SpeedPlan:
     harmonics
         Of each mesh frequency.
     checked
-        Speeds (rpm) at which exudyn's time integration is the witness.
+        SteadyStates (rpm) at which exudyn's time integration is the reference.
     is_range
         Whether the speeds stand for all between them.
     notes
@@ -93,7 +91,7 @@ def plan(
     ModelError
         There is no ``[operation]``.
     CommandError
-        Speeds cannot be read, the torque is not finite, or a DoF is unknown.
+        SteadyStates cannot be read, the torque is not finite, or a DoF is unknown.
     """
     operation = drivetrain.operation
     if operation is None:
@@ -138,7 +136,7 @@ def plan(
 
 
 def parse_speeds(option: str, text: str) -> FloatArray:
-    """Speeds (rpm), ascending, each once, of FROM:TO:STEP (the end included) or of a list.
+    """SteadyStates (rpm), ascending, each once, of FROM:TO:STEP (the end included) or of a list.
 
     Raises
     ------

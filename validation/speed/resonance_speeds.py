@@ -1,4 +1,4 @@
-"""Speeds that a coarse range would step over: where a harmonic of a mesh meets a mode.
+"""SteadyStates that a coarse range would step over: where a harmonic of a mesh meets a mode.
 
 A resonance is as wide as its damping, ζ of its speed to either side. Where that is less than the
 step of the speeds asked for, its peak would be missed or cut; speeds are added there.
@@ -7,16 +7,14 @@ step of the speeds asked for, its peak would be missed or cut; speeds are added 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from mbs_models.gears.orders import orders
 from mbs_models.gears.resonances import crossings
 from mbs_models.modal.mode_kinds import Modes
 
+from ..arrays import FloatArray
 from .turning import Turning
-
-FloatArray = NDArray[np.float64]
 
 # Around the middle, in half widths: a peak so sampled is cut by (0.25)²/2 = 3 % at most.
 AROUND = (-3.0, -1.5, -0.5, 0.0, 0.5, 1.5, 3.0)
@@ -25,7 +23,7 @@ COARSE = 0.5  # steps: what is wider than that, the range shows
 
 
 def resonance_speeds(turning: Turning, modes: Modes) -> FloatArray:
-    """Speeds (rpm) to add to those of a plan, ascending; none to a list of single speeds."""
+    """SteadyStates (rpm) to add to those of a plan, ascending; none to a list of single speeds."""
     plan = turning.plan
     if not plan.is_range:
         return np.zeros(0)

@@ -1,14 +1,30 @@
-"""The report of a speed study, section by section: what is said, tables, figures."""
+"""The page of a speed study: head, sections, figures."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
+from markupsafe import Markup
 
-from ..report.digits import engineering
+from mbs_models.model.model_file import dumps
+
+from ..report.digits import engineering, grouped
+from ..report.page import (
+    Block,
+    Bullets,
+    Fact,
+    Page,
+    Picture,
+    Section,
+    Table,
+    Verdict,
+    Verdicts,
+    model_section,
+    source_of,
+)
+from .describe import conclusions, describe_margin, describe_unstable, verdict
 from .figures import (
     LineMap,
     Mark,
@@ -16,80 +32,117 @@ from .figures import (
     curves_figure,
     growth_figure,
     order_map_figure,
+    reference_figure,
     waterfall_figure,
-    witness_figure,
 )
 from .findings import family_heights
 from .lines import line_names
-from .steady import Speeds
-from .study import SpeedResult
-from .witness import Witness
-from .words import margin_in_words, peak_energy, peak_mode, unstable_in_words
-
-FloatArray = NDArray[np.float64]
+from .result import ARRAYS, SpeedResult
+from .steady import SteadyStates
+from .tables import family_table, margin_table, resonance_table, static_table
+from .time_reference import TimeReference
 
 DRAWN_MAPS, DRAWN_VIBRATIONS = 6, 3  # order maps of meshes, and of accelerations
-DRAWN_CHANNELS = 3  # of a witness, of forces and of accelerations
-LISTED_MARGINS = 12
+DRAWN_CHANNELS = 3  # of a reference in time, of forces and of accelerations
 # Of the largest force or acceleration: less is the round-off of what symmetry keeps still.
 NOTHING = 1e-9
 STILL = ("–", "–", "kept still by symmetry", "–")
 NAMED = 4  # peaks named beside a natural frequency
+NOTHING_EXCITES = (
+    "Nothing excites: every mesh force is constant, and every dynamic factor 1.000, at any speed."
+)
+NOT_ASKED = Markup(
+    "exudyn in time was not asked: <code>--check 600,1500</code> integrates at these speeds and "
+    "compares every order."
+)
+METHOD = (
+    "The drivetrain is linear about its loaded state and vibrates about the mean rotation: no "
+    "gyroscopic or centrifugal terms.",
+    "Mesh stiffness and transmission error vary with the phase that tooth numbers give every mesh; "
+    "steady states are those of a harmonic balance over all lines at once.",
+)
 
 
-@dataclass(frozen=True)
-class Table:
-    """A table: headings and rows of texts; columns of numbers stand to the right."""
+def speed_page(result: SpeedResult) -> Page:
+    """What speed.html says."""
+    turning, plan = result.turning, result.turning.plan
+    drivetrain = plan.drivetrain
+    agrees = result.agrees if result.compared_in_time or not result.agrees else None
+    arrays = "" if result.states is None else f", every line at every speed in {ARRAYS}"
+    return Page(
+        eyebrow="Drivetrain cross-check · over the speed range",
+        heading=drivetrain.name,
+        title="over the speed range",
+        source=source_of(drivetrain.source),
+        verdict=Verdict(verdict(result), agrees),
+        conclusions=conclusions(result),
+        warnings=result.warnings,
+        facts=(
+            Fact(
+                f"Speeds of {plan.input}",
+                f"{plan.speeds[0]:.5g}–{plan.speeds[-1]:.5g} rpm",
+                _speeds_computed(result),
+            ),
+            Fact("Torque at the input", engineering(plan.torque, "N m", 4), _taken(result)),
+            *_lines_fact(result),
+            Fact(
+                "DoFs",
+                str(len(turning.parts.dofs)),
+                f"{len(turning.meshes)} meshes, {len(turning.bearings)} bearings",
+            ),
+        ),
+        sections=(*_sections(result), _checks(result), model_section(dumps(drivetrain))),
+        timings=result.seconds,
+        footer=f"findings and curves are in speed.json{arrays} beside it",
+    )
 
-    headings: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    numbers: frozenset[int] = frozenset()
+
+def _speeds_computed(result: SpeedResult) -> str:
+    speeds, states = result.turning.plan.speeds, result.states
+    words = f"{grouped(len(speeds))} speeds"
+    if states is not None and len(states.rpm) > len(speeds):
+        words += f" and {len(states.rpm) - len(speeds)} at narrow resonances"
+    seconds = result.seconds.get("steady states")
+    return words if seconds is None else f"{words}, in {seconds:.1f} s"
 
 
-@dataclass(frozen=True)
-class Section:
-    """A heading, paragraphs below it, tables, and figures (SVG)."""
-
-    anchor: str
-    title: str
-    words: tuple[str, ...] = ()
-    tables: tuple[Table, ...] = ()
-    figures: tuple[str, ...] = ()
+def _taken(result: SpeedResult) -> str:
+    output = result.turning.point.output
+    return f"taken by {output}" if output else ""
 
 
-def sections(result: SpeedResult) -> tuple[Section, ...]:
-    """Everything the report shows beside its verdicts."""
-    return tuple(_sections(result))
+def _lines_fact(result: SpeedResult) -> tuple[Fact, ...]:
+    shown = result.turning.lattice
+    if shown is None:
+        return ()
+    more = ", and combinations" if shown.n_phases > 1 else ""
+    words = f"{result.turning.plan.harmonics} harmonics of each mesh{more}"
+    return (Fact("Lines", str(len(shown.points) - 1), words),)
 
 
 def _sections(result: SpeedResult) -> Iterator[Section]:
-    found = result.found
-    if found is None:
-        yield _static(result)
+    states = result.states
+    if states is None:
+        yield Section("forces", "Mesh forces", (NOTHING_EXCITES, static_table(result)))
     else:
-        yield _forces(result, found)
-        yield _lines(result, found)
-        yield _stability(result, found)
-        yield _bearings(result, found)
-        yield _accelerations(result, found)
-        for number, witness in enumerate(result.witnesses):
-            yield _witness(witness, number)
+        yield _forces(result, states)
+        yield _lines(result, states)
+        yield _stability(result, states)
+        yield _bearings(result, states)
+        yield _accelerations(result, states)
+        for number, reference in enumerate(result.references):
+            yield _in_time(reference, number)
     if result.margins:
         yield _margins(result)
 
 
-def _static(result: SpeedResult) -> Section:
-    turning = result.turning
-    rows = tuple(
-        (name, engineering(force, "N", 4))
-        for name, force in zip(turning.meshes, turning.static_forces, strict=True)
-    )
-    words = (
-        "Nothing excites: every mesh force is constant, and every dynamic factor 1.000, at any "
-        "speed.",
-    )
-    table = Table(("Mesh", "Static force"), rows, frozenset({1}))
-    return Section("forces", "Mesh forces", words, (table,))
+def _checks(result: SpeedResult) -> Section:
+    blocks: list[Block] = [
+        Verdicts(result.checks) if result.checks else "Nothing to check: nothing vibrates."
+    ]
+    if result.checks and not result.references:
+        blocks.append(NOT_ASKED)
+    return Section("checks", "Checks", (*blocks, Bullets(METHOD)))
 
 
 def shades(result: SpeedResult) -> Shades:
@@ -100,16 +153,16 @@ def shades(result: SpeedResult) -> Shades:
     )
 
 
-def _forces(result: SpeedResult, found: Speeds) -> Section:
+def _forces(result: SpeedResult, states: SteadyStates) -> Section:
     turning = result.turning
-    heights = family_heights(turning, found)
+    heights = family_heights(turning, states)
     loaded = bool(np.any(turning.static_forces > 0.0))
     marks = [
         Mark(number, peak.speed_rpm, peak.height)
         for number, peak in enumerate(result.peaks, start=1)
     ]
     figure = curves_figure(
-        "factors", "Dynamic factor", found.rpm, heights,
+        "factors", "Dynamic factor", states.rpm, heights,
         "Dynamic factor max F / static F" if loaded else "Largest vibrating force",
         unit="" if loaded else "N", marks=marks, shades=shades(result),
         floor_at=1.0 if loaded else 0.0,
@@ -122,92 +175,28 @@ def _forces(result: SpeedResult, found: Speeds) -> Section:
         if turning.lines.n_phases > 1
         else "The largest force is that over the meshes’ common period.",
     )
-    return Section(
-        "forces",
-        "Mesh forces over speed",
-        words,
-        (_resonances(result), _families(result, found)),
-        (figure,),
-    )
-
-
-def _resonances(result: SpeedResult) -> Table:
-    names = line_names(result.turning)
-    loaded = bool(np.any(result.turning.static_forces > 0.0))
-    rows = tuple(
-        (
-            str(number),
-            f"{peak.speed_rpm:.5g}",
-            peak.family,
-            f"{names[peak.line]} ({peak.order:.5g})",
-            f"{peak.frequency_hz:.5g}",
-            peak_mode(result, peak),
-            peak_energy(result, peak),
-            f"{peak.height:.3f}" if loaded else "–",
-            engineering(peak.swing, "N"),
-        )
-        for number, peak in enumerate(result.peaks, start=1)
-    )
-    headings = (
-        "#", "Speed, rpm", "Felt most by", "Harmonic (order)", "Frequency, Hz", "Mode",
-        "Its strain energy", "Dynamic factor", "Above mean",
-    )  # fmt: skip
-    return Table(headings, rows, frozenset({0, 1, 4, 7, 8}))
-
-
-def _families(result: SpeedResult, found: Speeds) -> Table:
-    turning, static = result.turning, result.turning.static_forces
-    heights = family_heights(turning, found)
-    loaded = bool(np.any(static > 0.0))
-    rows = []
-    for family in turning.families:
-        columns = list(family.columns)
-        most = int(np.nanargmax(np.nan_to_num(heights[family.name])))
-        mean = found.mesh[:, 0, columns].real
-        rows.append(
-            (
-                family.name,
-                engineering(float(static[columns].max()), "N", 4),
-                engineering(float(np.nanmax(found.mesh_max[:, columns])), "N", 4),
-                engineering(float(np.nanmin(found.mesh_min[:, columns])), "N", 4),
-                engineering(float(np.nanmax(found.mesh_rms[:, columns])), "N"),
-                f"{heights[family.name][most]:.3f}" if loaded else "–",
-                f"{found.rpm[most]:.5g}",
-                _drift(mean, static[columns]),
-            )
-        )
-    headings = (
-        "Meshes", "Static", "Largest", "Smallest", "RMS about mean", "Dynamic factor",
-        "at, rpm", "Mean off static by",
-    )  # fmt: skip
-    return Table(headings, tuple(rows), frozenset(range(1, 8)))
-
-
-def _drift(mean: FloatArray, static: FloatArray) -> str:
-    if not np.any(static):
-        return "–"
-    share = 100.0 * float(np.nanmax(np.abs(mean - static)) / np.abs(static).max())
-    return f"{share:.2g} %" if share >= 1e-3 else "< 0.001 %"
+    tables = resonance_table(result), family_table(result, states)
+    return Section("forces", "Mesh forces over speed", (*words, Picture(figure), *tables))
 
 
 def mesh_maps(result: SpeedResult) -> tuple[LineMap, ...]:
     """Amplitudes of every line by family: its largest mesh's."""
-    found, turning = result.found, result.turning
-    assert found is not None
+    states, turning = result.states, result.turning
+    assert states is not None
     names = line_names(turning)
     return tuple(
         LineMap(
             family.name,
             turning.lines.orders[1:],
             names[1:],
-            np.abs(found.mesh[:, 1:, list(family.columns)]).max(axis=2),
+            np.abs(states.mesh[:, 1:, list(family.columns)]).max(axis=2),
             "N",
         )
         for family in turning.families
     )
 
 
-def _lines(result: SpeedResult, found: Speeds) -> Section:
+def _lines(result: SpeedResult, states: SteadyStates) -> Section:
     maps = mesh_maps(result)
     modes: dict[float, list[str]] = {}
     for number, peak in enumerate(result.peaks, start=1):
@@ -218,10 +207,10 @@ def _lines(result: SpeedResult, found: Speeds) -> Section:
         for frequency, numbers in modes.items()
     }
     drawn = [shown for shown in maps if np.nanmax(shown.amplitude) > 0.0]
-    figures = [waterfall_figure("waterfall", found.rpm, drawn[:DRAWN_MAPS], named)]
+    figures = [waterfall_figure("waterfall", states.rpm, drawn[:DRAWN_MAPS], named)]
     figures += [
         order_map_figure(
-            f"orders{number}", found.rpm, replace(shown, title=f"{shown.title}: orders")
+            f"orders{number}", states.rpm, replace(shown, title=f"{shown.title}: orders")
         )
         for number, shown in enumerate(drawn[:DRAWN_MAPS])
     ]
@@ -230,11 +219,11 @@ def _lines(result: SpeedResult, found: Speeds) -> Section:
         "dashed are the natural frequencies of the modes of the numbered resonances.",
         "Below, the loudest orders as rows (in brackets: periods per turn of the input).",
     )
-    return Section("orders", "Mesh forces by order", words, (), tuple(figures))
+    return Section("orders", "Mesh forces by order", (*words, *map(Picture, figures)))
 
 
-def _stability(result: SpeedResult, found: Speeds) -> Section:
-    if not np.isfinite(found.growth).any():
+def _stability(result: SpeedResult, states: SteadyStates) -> Section:
+    if not np.isfinite(states.growth).any():
         return Section(
             "stability", "Stability", ("No mesh stiffness varies: nothing can become unstable.",)
         )
@@ -247,35 +236,36 @@ def _stability(result: SpeedResult, found: Speeds) -> Section:
             "Stages without a common period are asked one by one, the others’ meshes at their "
             "mean: instability by combinations of two stages’ meshes is not looked for."
         )
-    words += [f"Unstable: {unstable_in_words(unstable)}." for unstable in result.unstable]
+    words += [f"Unstable: {describe_unstable(unstable)}." for unstable in result.unstable]
     if not result.unstable:
         words.append("Stable at every speed.")
-    figure = growth_figure("growth", found.rpm, found.growth, shades(result))
-    return Section("stability", "Stability", tuple(words), (), (figure,))
+    figure = growth_figure("growth", states.rpm, states.growth, shades(result))
+    return Section("stability", "Stability", (*words, Picture(figure)))
 
 
-def _bearings(result: SpeedResult, found: Speeds) -> Section:
+def _bearings(result: SpeedResult, states: SteadyStates) -> Section:
     bearings = result.turning.bearings
     groups: dict[str, list[int]] = {}
     for number, bearing in enumerate(bearings):
         groups.setdefault(_family_of(bearing.name), []).append(number)
-    curves = {name: found.bearing_peak[:, own].max(axis=1) for name, own in groups.items()}
+    curves = {name: states.bearing_peak[:, own].max(axis=1) for name, own in groups.items()}
     names = line_names(result.turning)
     rows = []
     for name, own in groups.items():
         at, which = np.unravel_index(
-            int(np.nanargmax(np.nan_to_num(found.bearing_peak[:, own]))), (len(found.rpm), len(own))
+            int(np.nanargmax(np.nan_to_num(states.bearing_peak[:, own]))),
+            (len(states.rpm), len(own)),
         )
-        if found.bearing_peak[at, own[which]] <= NOTHING * np.nanmax(found.bearing_peak):
+        if states.bearing_peak[at, own[which]] <= NOTHING * np.nanmax(states.bearing_peak):
             rows.append((name, *STILL))
             continue
-        amplitudes = found.bearing[at, 1:, own[which]]
+        amplitudes = states.bearing[at, 1:, own[which]]
         line = int(np.argmax(amplitudes)) + 1
         rows.append(
             (
                 name,
-                engineering(float(found.bearing_peak[at, own[which]]), "N"),
-                f"{found.rpm[at]:.5g}",
+                engineering(float(states.bearing_peak[at, own[which]]), "N"),
+                f"{states.rpm[at]:.5g}",
                 f"{names[line]} ({result.turning.lines.orders[line]:.5g})",
                 engineering(float(amplitudes[line - 1]), "N"),
             )
@@ -286,11 +276,12 @@ def _bearings(result: SpeedResult, found: Speeds) -> Section:
     )
     headings = ("Bearing", "Largest", "at, rpm", "Loudest line there (order)", "Its amplitude")
     figure = curves_figure(
-        "bearings", "Bearing forces", found.rpm, curves, "Vibrating force", unit="N",
+        "bearings", "Bearing forces", states.rpm, curves, "Vibrating force", unit="N",
         shades=shades(result), floor_at=0.0,
     )  # fmt: skip
     table = Table(headings, tuple(rows), frozenset({1, 2, 4}))
-    return Section("bearings", "Bearing forces", words, (table,), (figure,) if curves else ())
+    pictures = (Picture(figure),) if curves else ()
+    return Section("bearings", "Bearing forces", (*words, *pictures, table))
 
 
 def _family_of(body: str) -> str:
@@ -299,14 +290,14 @@ def _family_of(body: str) -> str:
     return f"{bare}s" if bare != body and bare.endswith("planet") else body
 
 
-def _accelerations(result: SpeedResult, found: Speeds) -> Section:
+def _accelerations(result: SpeedResult, states: SteadyStates) -> Section:
     dofs = result.turning.parts.dofs
     names = line_names(result.turning)
     columns = [_column(result, label) for label in result.responses]
-    loudest_anywhere = np.nanmax(np.abs(found.acceleration[:, 1:]))
+    loudest_anywhere = np.nanmax(np.abs(states.acceleration[:, 1:]))
     curves, maps, rows = {}, [], []
     for label, (column, factor) in zip(result.responses, columns, strict=True):
-        lines = np.abs(factor) * np.abs(found.acceleration[:, 1:, column])
+        lines = np.abs(factor) * np.abs(states.acceleration[:, 1:, column])
         level = np.sqrt(0.5 * np.sum(lines**2, axis=1))
         curves[label] = level
         maps.append(LineMap(label, result.turning.lines.orders[1:], names[1:], lines, "m/s²"))
@@ -319,7 +310,7 @@ def _accelerations(result: SpeedResult, found: Speeds) -> Section:
             (
                 label,
                 _plain(float(level[at]), "m/s²"),
-                f"{found.rpm[at]:.5g}",
+                f"{states.rpm[at]:.5g}",
                 f"{names[line + 1]} ({result.turning.lines.orders[line + 1]:.5g})",
                 _plain(float(lines[at, line]), "m/s²"),
             )
@@ -328,20 +319,21 @@ def _accelerations(result: SpeedResult, found: Speeds) -> Section:
     headings = ("DoF", "Largest RMS", "at, rpm", "Loudest line there (order)", "Its amplitude")
     figures = [
         curves_figure(
-            "accelerations", "Acceleration", found.rpm, curves, "RMS acceleration (m/s²)",
+            "accelerations", "Acceleration", states.rpm, curves, "RMS acceleration (m/s²)",
             shades=shades(result), floor_at=0.0,
         )
     ]  # fmt: skip
     loudest = sorted(maps, key=lambda shown: -float(np.nanmax(shown.amplitude)))
     figures += [
         order_map_figure(
-            f"vibration{number}", found.rpm, replace(shown, title=f"{shown.title}: orders")
+            f"vibration{number}", states.rpm, replace(shown, title=f"{shown.title}: orders")
         )
         for number, shown in enumerate(loudest[:DRAWN_VIBRATIONS])
         if np.nanmax(shown.amplitude) > 0.0
     ]
     table = Table(headings, tuple(rows), frozenset({1, 2, 4}))
-    return Section("accelerations", "Accelerations", words, (table,), tuple(figures))
+    first, *maps_drawn = map(Picture, figures)
+    return Section("accelerations", "Accelerations", (*words, first, table, *maps_drawn))
 
 
 def _plain(value: float, unit: str) -> str:
@@ -356,56 +348,43 @@ def _column(result: SpeedResult, label: str) -> tuple[int, float]:
     return system.dofs.index(leader), factor
 
 
-def _witness(found: Witness, number: int) -> Section:
-    n = len(found.meshes)
+def _in_time(reference: TimeReference, number: int) -> Section:
+    n = len(reference.meshes)
     figures = []
-    for first, last, unit in ((0, n, "N"), (n, len(found.channels), "m/s²")):
-        size = np.where(found.judged, np.abs(found.balance), 0.0)[:, first:last]
+    for first, last, unit in ((0, n, "N"), (n, len(reference.channels), "m/s²")):
+        size = np.where(reference.comparable, np.abs(reference.balance), 0.0)[:, first:last]
         loudest = np.argsort(-size.max(axis=0))[:DRAWN_CHANNELS] + first
         channels = {
-            found.channels[c]: (
-                np.where(found.judged[:, c], np.abs(found.balance[:, c]), np.nan),
-                np.where(found.judged[:, c], np.abs(found.time[:, c]), np.nan),
+            reference.channels[c]: (
+                np.where(reference.comparable[:, c], np.abs(reference.balance[:, c]), np.nan),
+                np.where(reference.comparable[:, c], np.abs(reference.time[:, c]), np.nan),
             )
             for c in loudest
-            if found.judged[:, c].any()
+            if reference.comparable[:, c].any()
         }
         if channels:
             figures.append(
-                witness_figure(f"witness{number}-{unit[0]}", found.frequency, channels, unit)
+                reference_figure(f"witness{number}-{unit[0]}", reference.frequency, channels, unit)
             )
     words = (
         "exudyn’s time integration (trapezoidal rule, step "
-        f"{engineering(found.integrator.step, 's')}; the balance it is held against has the same "
-        "bend of frequencies), started in the steady state; "
-        f"{found.run_in:.3g} s of run-in, {found.measured:.3g} s measured, lines fitted by least "
-        "squares at their known frequencies. Nothing of the harmonic balance is in the run but "
-        "where it starts.",
+        f"{engineering(reference.integrator.step, 's')}; the balance it is held against has the "
+        "same bend of frequencies), started in the steady state; "
+        f"{reference.run_in:.3g} s of run-in, {reference.measured:.3g} s measured, lines fitted "
+        "by least squares at their known frequencies. Nothing of the harmonic balance is in the "
+        "run but where it starts.",
     )
-    return Section(
-        f"witness{number}", f"exudyn in time at {found.speed_rpm:g} rpm", words, (), tuple(figures)
-    )
+    title = f"exudyn in time at {reference.speed_rpm:g} rpm"
+    return Section(f"witness{number}", title, (*words, *map(Picture, figures)))
 
 
 def _margins(result: SpeedResult) -> Section:
     operation = result.turning.plan.drivetrain.operation
     assert operation is not None
-    rows = tuple(
-        (
-            margin.order.label(margin.harmonic),
-            f"{margin.order_hz:.5g}",
-            f"{margin.mode_hz:.5g}",
-            f"{margin.kind}" + (f" (×{margin.repeated})" if margin.repeated > 1 else ""),
-            f"{100.0 * margin.change:+.2g} %".replace("-", "−"),
-            f"{100.0 * margin.share:.2g} %",
-        )
-        for margin in result.margins[:LISTED_MARGINS]
-    )
     words = (
         f"At {operation.speed:g} rpm, the nearest natural frequency each order reaches (planet "
         "phasing taken into account), the closest first. Margin: by how much the speed must "
-        "change to meet it. " + margin_in_words(result.margins[0]).capitalize() + ".",
+        "change to meet it. " + describe_margin(result.margins[0]).capitalize() + "."
     )
-    headings = ("Order", "Its frequency, Hz", "Mode, Hz", "Kind", "Margin", "Energy reached")
-    table = Table(headings, rows, frozenset({1, 2, 4, 5}))
-    return Section("margins", "Resonances near the operating speed", words, (table,))
+    blocks = (words, margin_table(result))
+    return Section("margins", "Resonances near the operating speed", blocks)

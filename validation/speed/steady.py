@@ -24,10 +24,8 @@ from fbs.periodic.periodic_extremes import extremes, waveform
 from fbs.periodic.periodic_springs import Lattice, PeriodicSpring, common_periods, lattice
 from fbs.second_order_system import SecondOrderSystem
 
+from ..arrays import BoolArray, ComplexArray, FloatArray
 from .turning import BEYOND, COMBINED, Bearing, Turning, shown_lines
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 BOUNDARY = "on the boundary of an instability: no steady state"
 # Instants at which a bearing's force is looked at, per period of its highest line: the largest
@@ -41,20 +39,20 @@ TOGETHER = 10  # speeds whose forces are looked at together, which takes 2 MB ea
 
 
 @dataclass(frozen=True, eq=False)
-class Task:
-    """What is computed at every speed; small enough to send.
+class SpeedSystem:
+    """What vibrates at every speed; small enough to send.
 
     Attributes
     ----------
-    system, springs
-        The drivetrain with its meshes.
+    constant, springs
+        The drivetrain with its meshes at their mean, and the meshes.
     bearings
         Whose forces are asked for.
     harmonics
         Of each mesh frequency, that are shown.
     """
 
-    system: SecondOrderSystem
+    constant: SecondOrderSystem
     springs: tuple[PeriodicSpring, ...]
     bearings: tuple[Bearing, ...]
     harmonics: int
@@ -62,7 +60,7 @@ class Task:
     def solve(self, shaft_frequency: FloatArray) -> PeriodicResponse:
         """The steady state with all lines that are solved for."""
         return steady_state(
-            self.system,
+            self.constant,
             self.springs,
             shaft_frequency,
             harmonics=self.harmonics + BEYOND,
@@ -76,7 +74,7 @@ class Task:
 
 
 @dataclass(frozen=True, eq=False)
-class Speeds:
+class SteadyStates:
     """What happens at some speeds (rows); NaN where there is no steady state.
 
     Lines, x(t) = Re Σ_h x_h exp(j2π f_h t), are those shown, the mean first. All other quantities
@@ -121,14 +119,14 @@ class Speeds:
     imbalance: FloatArray
 
     @property
-    def ok(self) -> NDArray[np.bool_]:
+    def ok(self) -> BoolArray:
         """Where there is a steady state."""
         return np.asarray(self.status == "ok")
 
 
-def task(turning: Turning) -> Task:
-    """What is computed of a turning drivetrain."""
-    return Task(
+def speed_system(turning: Turning) -> SpeedSystem:
+    """What vibrates of a turning drivetrain."""
+    return SpeedSystem(
         turning.periodic.system,
         turning.periodic.springs,
         turning.bearings,
@@ -136,39 +134,39 @@ def task(turning: Turning) -> Task:
     )
 
 
-def joined(pieces: Sequence[Speeds]) -> Speeds:
+def joined(pieces: Sequence[SteadyStates]) -> SteadyStates:
     """Pieces of a speed range as one, ascending."""
-    names = [field.name for field in fields(Speeds)]
+    names = [field.name for field in fields(SteadyStates)]
     whole = {name: np.concatenate([getattr(piece, name) for piece in pieces]) for name in names}
     order = np.argsort(whole["rpm"])
-    return Speeds(**{name: values[order] for name, values in whole.items()})
+    return SteadyStates(**{name: values[order] for name, values in whole.items()})
 
 
-def evaluate(task: Task, rpm: Sequence[float]) -> Speeds:
+def evaluate(system: SpeedSystem, rpm: Sequence[float]) -> SteadyStates:
     """Steady states and growth rates at some speeds (rpm)."""
     speeds = np.asarray(rpm, dtype=float)
     solved = np.ones(len(speeds), dtype=bool)
     try:
-        found = task.solve(speeds / 60.0)
+        response = system.solve(speeds / 60.0)
     except SingularBalanceError as error:
         solved = ~np.isin(speeds / 60.0, error.shaft_frequencies)
         if not solved.any():
-            return failed(task, speeds, BOUNDARY)
-        found = task.solve(speeds[solved] / 60.0)
-    steady = _steady(task, speeds[solved], found)
-    pieces = [steady] if solved.all() else [steady, failed(task, speeds[~solved], BOUNDARY)]
-    return replace(joined(pieces), growth=growth_rates(task, np.sort(speeds) / 60.0))
+            return failed(system, speeds, BOUNDARY)
+        response = system.solve(speeds[solved] / 60.0)
+    steady = _steady(system, speeds[solved], response)
+    pieces = [steady] if solved.all() else [steady, failed(system, speeds[~solved], BOUNDARY)]
+    return replace(joined(pieces), growth=growth_rates(system, np.sort(speeds) / 60.0))
 
 
-def failed(task: Task, rpm: Sequence[float] | FloatArray, why: str) -> Speeds:
+def failed(system: SpeedSystem, rpm: Sequence[float] | FloatArray, why: str) -> SteadyStates:
     """Speeds without a steady state, and why."""
-    n, lines = len(rpm), len(task.lines.points)
-    n_mesh, n_bearing = len(task.springs), len(task.bearings)
+    n, lines = len(rpm), len(system.lines.points)
+    n_mesh, n_bearing = len(system.springs), len(system.bearings)
 
     def nothing(*shape: int) -> FloatArray:
         return np.full((n, *shape), np.nan)
 
-    return Speeds(
+    return SteadyStates(
         rpm=np.asarray(rpm, dtype=float),
         status=np.full(n, why),
         mesh=nothing(lines, n_mesh).astype(complex),
@@ -177,7 +175,7 @@ def failed(task: Task, rpm: Sequence[float] | FloatArray, why: str) -> Speeds:
         mesh_rms=nothing(n_mesh),
         bearing=nothing(lines, n_bearing),
         bearing_peak=nothing(n_bearing),
-        acceleration=nothing(lines, len(task.system.dofs)).astype(complex),
+        acceleration=nothing(lines, len(system.constant.dofs)).astype(complex),
         growth=nothing(),
         residual=nothing(),
         truncation=nothing(),
@@ -185,13 +183,13 @@ def failed(task: Task, rpm: Sequence[float] | FloatArray, why: str) -> Speeds:
     )
 
 
-def _steady(task: Task, rpm: FloatArray, found: PeriodicResponse) -> Speeds:
-    forces = found.spring_forces
-    reached = extremes(forces, found.lattice)
-    lengths, longest = _bearing_forces(task.bearings, found)
-    everything = np.eye(len(task.system.dofs))
-    shown = shown_lines(task.lines, found.lattice)
-    return Speeds(
+def _steady(system: SpeedSystem, rpm: FloatArray, response: PeriodicResponse) -> SteadyStates:
+    forces = response.spring_forces
+    reached = extremes(forces, response.lattice)
+    lengths, longest = _bearing_forces(system.bearings, response)
+    everything = np.eye(len(system.constant.dofs))
+    shown = shown_lines(system.lines, response.lattice)
+    return SteadyStates(
         rpm=rpm,
         status=np.full(len(rpm), "ok"),
         mesh=forces[:, shown],
@@ -200,47 +198,47 @@ def _steady(task: Task, rpm: FloatArray, found: PeriodicResponse) -> Speeds:
         mesh_rms=np.sqrt(0.5 * np.sum(np.abs(forces[:, 1:]) ** 2, axis=1)),
         bearing=lengths[:, shown],
         bearing_peak=longest,
-        acceleration=outputs(found, everything, quantity=Quantity.ACCELERANCE)[:, shown],
+        acceleration=outputs(response, everything, quantity=Quantity.ACCELERANCE)[:, shown],
         growth=np.full(len(rpm), np.nan),
-        residual=found.residual,
-        truncation=found.truncation,
-        imbalance=_imbalance(task, found),
+        residual=response.residual,
+        truncation=response.truncation,
+        imbalance=_imbalance(system, response),
     )
 
 
-def _imbalance(task: Task, found: PeriodicResponse) -> FloatArray:
+def _imbalance(system: SpeedSystem, response: PeriodicResponse) -> FloatArray:
     """max |K q₀ + Σ v p₀|, of the largest mean force of a mesh (n_speed,)."""
-    mean = outputs(found, task.system.stiffness)[:, 0].real
-    vectors = np.array([spring.vector for spring in task.springs])
-    left = np.abs(mean + found.excess[:, 0].real @ vectors).max(axis=1)
-    largest = np.abs(found.spring_forces[:, 0].real).max(axis=1)
+    mean = outputs(response, system.constant.stiffness)[:, 0].real
+    vectors = np.array([spring.vector for spring in system.springs])
+    left = np.abs(mean + response.excess[:, 0].real @ vectors).max(axis=1)
+    largest = np.abs(response.spring_forces[:, 0].real).max(axis=1)
     return np.asarray(np.divide(left, largest, out=np.zeros_like(left), where=largest > 0.0))
 
 
 def _bearing_forces(
-    bearings: Sequence[Bearing], found: PeriodicResponse
+    bearings: Sequence[Bearing], response: PeriodicResponse
 ) -> tuple[FloatArray, FloatArray]:
     """Amplitude of each line (n, n_line, n_bearing), and the longest force (n, n_bearing), N.
 
     A line Re F e^{jωt} of a vector F goes round an ellipse; with F·F = Σ F_i² its longer half axis
     is √(½(|F|² + |F·F|)).
     """
-    shape = len(found.shaft_frequency), len(found.lattice.points)
+    shape = len(response.shaft_frequency), len(response.lattice.points)
     if not bearings:
         return np.zeros((*shape, 0)), np.zeros((shape[0], 0))
     lines = outputs(
-        found,
+        response,
         np.concatenate([bearing.rows for bearing in bearings]),
         np.concatenate([bearing.damping_rows for bearing in bearings]),
     )
     starts = np.cumsum([0, *(len(bearing.rows) for bearing in bearings)])[:-1]
     square = np.add.reduceat(np.abs(lines) ** 2, starts, axis=2)
     product = np.abs(np.add.reduceat(lines**2, starts, axis=2))
-    turns = _instants(found.lattice)
+    turns = _instants(response.lattice)
     longest = np.empty((shape[0], len(bearings)))
     for first in range(0, shape[0], TOGETHER):
         block = slice(first, first + TOGETHER)
-        forces = waveform(lines[block], found.lattice, turns)
+        forces = waveform(lines[block], response.lattice, turns)
         longest[block] = np.sqrt(np.add.reduceat(forces**2, starts, axis=2).max(axis=1))
     return np.sqrt(0.5 * (square + product)), longest
 
@@ -259,17 +257,20 @@ def _instants(lattice: Lattice) -> FloatArray:
     return np.asarray(np.arange(INSTANTS) * (LONG + golden) / slowest)
 
 
-def growth_rates(task: Task, shaft_frequency: FloatArray) -> FloatArray:
+def growth_rates(system: SpeedSystem, shaft_frequency: FloatArray) -> FloatArray:
     """Growth of the fastest growing motion at every speed (1/s).
 
     Stages without a common period are asked one by one, the others' meshes at their mean.
     """
-    groups = common_periods(varying := [s for s in task.springs if np.any(s.variation)])
+    groups = common_periods(varying := [s for s in system.springs if np.any(s.variation)])
     if not groups:
         return np.full(len(shaft_frequency), np.nan)
     rates = [
         stability(
-            task.system, [varying[i] for i in group], shaft_frequency, harmonics=UNSTABLE_HARMONICS
+            system.constant,
+            [varying[i] for i in group],
+            shaft_frequency,
+            harmonics=UNSTABLE_HARMONICS,
         ).growth_rate
         for group in groups
     ]

@@ -10,16 +10,15 @@ from numpy.typing import NDArray
 
 from fbs.periodic.harmonic_balance import PeriodicResponse, steady_state
 from fbs.periodic.periodic_springs import Lattice, PeriodicSpring, lattice
-from mbs_models.gears.operating_point import OperatingPoint, families, operating_point
+from mbs_models.gears.operating_point import OperatingPoint, operating_point
 from mbs_models.model.parameters import Drivetrain
 from mbs_models.system.components import Components, SpringKind
 from mbs_models.system.drivetrain import build_drivetrain
 from mbs_models.system.read_back import components
 
+from ..arrays import FloatArray
 from ..routes.periodic_meshes import PeriodicDrivetrain, parametric
 from .plan import SpeedPlan
-
-FloatArray = NDArray[np.float64]
 
 # Harmonics solved for beyond those shown: they leave 0.2 % in the last one shown where trapezoids
 # excite modes up there, and 10 instead 5 %.
@@ -27,7 +26,6 @@ BEYOND = 20
 # Combinations of several stages' meshes that are solved for (P of `Lattice`). With 3, a line of the
 # wind turbine's shaft where two stages nearly cancel was 23 % off exudyn in time; with 10, 0.4 %.
 COMBINED = 10
-FAMILY_NAMES = {"mesh": "mesh", "sun_mesh": "sun meshes", "ring_mesh": "ring meshes"}
 
 
 @dataclass(frozen=True)
@@ -169,12 +167,11 @@ def mesh_families(drivetrain: Drivetrain, meshes: tuple[str, ...]) -> tuple[Mesh
     """The families of all stages, by the places of their meshes."""
     return tuple(
         MeshFamily(
-            f"{stage.name} {FAMILY_NAMES[family.key]}",
-            stage.name,
+            family.label,
+            family.stage,
             tuple(meshes.index(name) for name in family.names),
         )
-        for stage in drivetrain.stages
-        for family in families(stage)
+        for family in drivetrain.mesh_families
     )
 
 

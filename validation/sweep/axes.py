@@ -8,11 +8,9 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter, NullLocator
-from numpy.typing import NDArray
 
-from .output import Sweep
-
-FloatArray = NDArray[np.float64]
+from ..arrays import FloatArray, IndexArray
+from .result import SweepResult
 
 FEW = 12  # values that each get a tick
 ROUND_OFF = 1e-9  # a metric that varies less is constant
@@ -34,20 +32,20 @@ class Family:
 
     label: str
     others: tuple[float, ...]
-    rows: NDArray[np.intp]
+    rows: IndexArray
 
 
-def varying(sweep: Sweep) -> list[int]:
+def varying(sweep: SweepResult) -> list[int]:
     """Parameters that take more than one value."""
-    return [k for k in range(len(sweep.design.paths)) if np.ptp(sweep.values[:, k]) > 0.0]
+    return [k for k in range(len(sweep.samples.paths)) if np.ptp(sweep.values[:, k]) > 0.0]
 
 
-def main_parameter(sweep: Sweep) -> int:
+def main_parameter(sweep: SweepResult) -> int:
     """The parameter to draw along: of those that vary, the first with the most values."""
     return max(varying(sweep), key=lambda k: len(np.unique(sweep.values[:, k])))
 
 
-def families(sweep: Sweep, rows: NDArray[np.intp]) -> list[Family]:
+def families(sweep: SweepResult, rows: IndexArray) -> list[Family]:
     """Some samples of a grid, as families along the main parameter."""
     main = main_parameter(sweep)
     others = [k for k in varying(sweep) if k != main]
@@ -56,14 +54,17 @@ def families(sweep: Sweep, rows: NDArray[np.intp]) -> list[Family]:
         members.setdefault(tuple(sweep.values[row, others].tolist()), []).append(int(row))
     return [
         Family(
-            ", ".join(
-                f"{sweep.design.paths[k]} = {v:.6g}" for k, v in zip(others, at, strict=True)
-            ),
+            ", ".join(parameter_value(sweep, k, v) for k, v in zip(others, at, strict=True)),
             at,
             np.array(members[at]),
         )
         for at in sorted(members)
     ]
+
+
+def parameter_value(sweep: SweepResult, parameter: int, value: float) -> str:
+    """``coupling.second_stiffness = 1e+06 N/m``."""
+    return f"{sweep.samples.paths[parameter]} = {value:.6g} {sweep.units[parameter]}".rstrip()
 
 
 def graded_colors(count: int) -> list[tuple[float, ...]]:
@@ -76,21 +77,20 @@ def logarithmic(values: FloatArray) -> bool:
     return bool(values.min() > 0.0 and values.max() / values.min() > 20.0)
 
 
-def parameter_axis(axes: Axes, name: str, values: FloatArray, *, vertical: bool) -> None:
-    """A parameter's name and scale; few values each with a tick."""
+def parameter_axis(axes: Axes, label: str, values: FloatArray, *, vertical: bool) -> None:
+    """A parameter's label and scale; few values each with a tick."""
     scale = "log" if logarithmic(values) else "linear"
     if vertical:
-        axes.set(ylabel=name, yscale=scale)
+        axes.set(ylabel=label, yscale=scale)
     else:
-        axes.set(xlabel=name, xscale=scale)
+        axes.set(xlabel=label, xscale=scale)
     axis = axes.yaxis if vertical else axes.xaxis
     ticks = np.unique(values)
     if len(ticks) <= FEW and (ticks == np.round(ticks)).all():  # numbers of things: no fractions
         axis.set_major_locator(FixedLocator(ticks.tolist()))
         axis.set_minor_locator(NullLocator())
-    if scale == "log" or len(ticks) <= FEW:
-        axis.set_major_formatter(FuncFormatter(number))
-        axis.set_minor_formatter(NullFormatter())
+    axis.set_major_formatter(FuncFormatter(number))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def constant_limits(values: FloatArray) -> tuple[float, float] | None:
@@ -102,14 +102,14 @@ def constant_limits(values: FloatArray) -> tuple[float, float] | None:
     return low - half, high + half
 
 
-def metric_axis(axes: Axes, name: str, values: FloatArray, *, vertical: bool) -> None:
+def metric_axis(axes: Axes, label: str, values: FloatArray, *, vertical: bool) -> None:
     """A metric's scale and short numbers; what is constant up to round-off is drawn so."""
     scale = "log" if logarithmic(values) else "linear"
     limits = constant_limits(values)
     if vertical:
-        axes.set(ylabel=name, yscale=scale, ylim=limits)
+        axes.set(ylabel=label, yscale=scale, ylim=limits)
     else:
-        axes.set(xlabel=name, xscale=scale, xlim=limits)
+        axes.set(xlabel=label, xscale=scale, xlim=limits)
     axis = axes.yaxis if vertical else axes.xaxis
     axis.set_major_formatter(FuncFormatter(number))
     axis.set_minor_formatter(NullFormatter())
@@ -117,6 +117,6 @@ def metric_axis(axes: Axes, name: str, values: FloatArray, *, vertical: bool) ->
 
 def number(value: float, _: object = None) -> str:
     """A tick's number: 12000 or 1e5, not 100000 or 1e+05."""
-    text = f"{value:.6g}" if abs(value) < 1e5 else f"{value:.3g}"
+    text = f"{value:.6g}" if abs(value) < 1e5 else f"{value:.4g}"
     mantissa, e, exponent = text.partition("e")
     return f"{mantissa}e{int(exponent)}" if e else text

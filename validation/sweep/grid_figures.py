@@ -8,8 +8,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from ..arrays import IndexArray
+from ..report.frf_panel import Curve, FrfPanel, draw_magnitude
 from ..report.style import MUTED, WIDTH, along_axis, frequency_axis
 from .axes import (
     Family,
@@ -19,24 +20,24 @@ from .axes import (
     metric_axis,
     number,
     parameter_axis,
+    parameter_value,
     varying,
 )
 from .metrics import decibels
-from .output import Sweep
+from .result import SweepResult
 
-FloatArray = NDArray[np.float64]
-Rows = Mapping[str, NDArray[np.intp]]
+Rows = Mapping[str, IndexArray]
 
 MAP_COLUMNS, MAP_ROWS = 1200, 400
 PANELS = 6  # FRFs of as many values of the other parameters
 CURVES = 6  # as many can be told apart: more make a map
 LABELLED = 8  # curves with a name each
-LEVEL = "|H|, dB re 1 m/N"
+LEVEL = "|H| (dB re 1 m/N)"
 
 
-def draw_frfs(sweep: Sweep, figure: Figure) -> None:
+def draw_frfs(sweep: SweepResult, figure: Figure) -> None:
     """The FRF over frequency and the main parameter, a panel for each value of the others."""
-    every = families(sweep, np.flatnonzero(sweep.outcome.ok))
+    every = families(sweep, np.flatnonzero(sweep.results.ok))
     at = np.unique(np.linspace(0, len(every) - 1, PANELS).astype(int))
     shown = [every[k] for k in at]
     across = 1 if len(shown) <= 3 else 2
@@ -59,7 +60,9 @@ def draw_frfs(sweep: Sweep, figure: Figure) -> None:
     figure.suptitle(f"{sweep.title}: {sweep.frf_name}{part}", x=0.01, ha="left", fontweight="bold")
 
 
-def _maps(sweep: Sweep, figure: Figure, panels: Sequence[Axes], shown: Sequence[Family]) -> None:
+def _maps(
+    sweep: SweepResult, figure: Figure, panels: Sequence[Axes], shown: Sequence[Family]
+) -> None:
     """Levels in colours, one scale for all panels; each column is the highest of its lines."""
     main = main_parameter(sweep)
     along = along_axis(sweep.frequency)
@@ -69,7 +72,7 @@ def _maps(sweep: Sweep, figure: Figure, panels: Sequence[Axes], shown: Sequence[
     for family in shown:
         thinned = np.linspace(0, len(family.rows) - 1, MAP_ROWS).astype(int)
         rows = family.rows[np.unique(thinned)]
-        highest = [np.maximum.reduceat(sweep.outcome.magnitude[row], starts) for row in rows]
+        highest = [np.maximum.reduceat(sweep.results.magnitude[row], starts) for row in rows]
         levels.append(decibels(np.array(highest)))
         picked.append(rows)
     finite = np.concatenate([level[np.isfinite(level)] for level in levels])
@@ -88,12 +91,12 @@ def _maps(sweep: Sweep, figure: Figure, panels: Sequence[Axes], shown: Sequence[
                 rasterized=True,
             )
         )
-        parameter_axis(axes, sweep.design.paths[main], sweep.values[rows, main], vertical=True)
+        parameter_axis(axes, sweep.parameter_labels[main], sweep.values[rows, main], vertical=True)
         axes.grid(visible=False)
     figure.colorbar(drawn[0], ax=list(panels), label=LEVEL)
 
 
-def _curves(sweep: Sweep, panels: Sequence[Axes], shown: Sequence[Family]) -> None:
+def _curves(sweep: SweepResult, panels: Sequence[Axes], shown: Sequence[Family]) -> None:
     """One curve for each value of the main parameter."""
     main = main_parameter(sweep)
     colors = dict(
@@ -104,67 +107,75 @@ def _curves(sweep: Sweep, panels: Sequence[Axes], shown: Sequence[Family]) -> No
         )
     )
     for axes, family in zip(panels, shown, strict=False):
-        for row in family.rows:
-            value = sweep.values[row, main]
-            label = f"{sweep.design.paths[main]} = {value:.6g}"
-            level = decibels(sweep.outcome.magnitude[row])
-            axes.plot(sweep.frequency, level, lw=0.9, color=colors[value], label=label)
-        axes.set(ylabel=LEVEL)
+        curves = tuple(
+            Curve(
+                parameter_value(sweep, main, value := sweep.values[row, main]),
+                sweep.results.magnitude[row], colors[value], 0.9,
+            )
+            for row in family.rows
+        )  # fmt: skip
+        draw_magnitude(axes, FrfPanel(sweep.frequency, curves), MAP_COLUMNS)
     panels[0].legend()
 
 
-def draw_metrics(sweep: Sweep, figure: Figure, shown: Rows) -> None:
+def draw_metrics(sweep: SweepResult, figure: Figure, shown: Rows) -> None:
     """Each metric over the main parameter, a curve for each value of the others.
 
     Of two parameters with more values than curves can be told apart, a map instead.
     """
-    across = min(len(shown), 3)
-    down = -(-len(shown) // across)
-    figure.set_size_inches(WIDTH, 0.6 + 2.4 * down)
-    panels = figure.subplots(down, across, squeeze=False).ravel()
-    for axes, (name, rows) in zip(panels, shown.items(), strict=False):
-        found = families(sweep, rows)
-        if len(found) > LABELLED and len(varying(sweep)) == 2:
-            _metric_map(sweep, figure, axes, name, found)
+    panels = metric_panels(figure, len(shown))
+    for axes, (name, rows) in zip(panels, shown.items(), strict=True):
+        members = families(sweep, rows)
+        if len(members) > LABELLED and len(varying(sweep)) == 2:
+            _metric_map(sweep, figure, axes, name, members)
         else:
-            _metric_curves(sweep, axes, name, found)
-    for axes in panels[len(shown) :]:
-        axes.set_axis_off()
+            _metric_curves(sweep, axes, name, members)
     handles, labels = panels[0].get_legend_handles_labels()
     if handles:
         figure.legend(handles, labels, loc="outside lower center", ncols=min(len(handles), 4))
 
 
-def _metric_curves(sweep: Sweep, axes: Axes, name: str, found: Sequence[Family]) -> None:
+def metric_panels(figure: Figure, count: int) -> list[Axes]:
+    """A panel for each of so many metrics, three in a row."""
+    across = min(count, 3)
+    down = -(-count // across)
+    figure.set_size_inches(WIDTH, 0.6 + 2.4 * down)
+    panels = figure.subplots(down, across, squeeze=False).ravel()
+    for axes in panels[count:]:
+        axes.set_axis_off()
+    return list(panels[:count])
+
+
+def _metric_curves(sweep: SweepResult, axes: Axes, name: str, members: Sequence[Family]) -> None:
     main, column = main_parameter(sweep), sweep.metrics[name]
-    named = 1 < len(found) <= LABELLED
-    colors = graded_colors(len(found)) if len(found) <= LABELLED else [MUTED] * len(found)
-    for family, color in zip(found, colors, strict=True):
+    named = 1 < len(members) <= LABELLED
+    colors = graded_colors(len(members)) if len(members) <= LABELLED else [MUTED] * len(members)
+    for family, color in zip(members, colors, strict=True):
         values = sweep.values[family.rows, main]
         label = family.label if named else None
         axes.plot(values, column[family.rows], ".-", color=color, ms=3, lw=0.8, label=label)
-    rows = np.concatenate([family.rows for family in found])
-    parameter_axis(axes, sweep.design.paths[main], sweep.values[rows, main], vertical=False)
-    metric_axis(axes, name, column[rows], vertical=True)
+    rows = np.concatenate([family.rows for family in members])
+    parameter_axis(axes, sweep.parameter_labels[main], sweep.values[rows, main], vertical=False)
+    metric_axis(axes, sweep.metric_labels[name], column[rows], vertical=True)
 
 
 def _metric_map(
-    sweep: Sweep, figure: Figure, axes: Axes, name: str, found: Sequence[Family]
+    sweep: SweepResult, figure: Figure, axes: Axes, name: str, members: Sequence[Family]
 ) -> None:
     """A metric in colours over both parameters; white where a sample has none."""
     main = main_parameter(sweep)
     (other,) = (k for k in varying(sweep) if k != main)
     along = np.unique(sweep.values[:, main])
-    values = np.full((len(found), len(along)), np.nan)
-    for line, family in zip(values, found, strict=True):
+    values = np.full((len(members), len(along)), np.nan)
+    for line, family in zip(values, members, strict=True):
         line[np.searchsorted(along, sweep.values[family.rows, main])] = sweep.metrics[name][
             family.rows
         ]
-    across = np.array([family.others[0] for family in found])
+    across = np.array([family.others[0] for family in members])
     picture = axes.pcolormesh(
         along, across, values, shading="nearest", cmap="viridis", rasterized=True
     )
-    parameter_axis(axes, sweep.design.paths[main], along, vertical=False)
-    parameter_axis(axes, sweep.design.paths[other], across, vertical=True)
+    parameter_axis(axes, sweep.parameter_labels[main], along, vertical=False)
+    parameter_axis(axes, sweep.parameter_labels[other], across, vertical=True)
     axes.grid(visible=False)
-    figure.colorbar(picture, ax=axes, label=name, format=number)
+    figure.colorbar(picture, ax=axes, label=sweep.metric_labels[name], format=number)

@@ -21,13 +21,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mbs_models.modal.mode_kinds import Kind
 
+from ..arrays import FloatArray
 from ..errors import CommandError
 
-FloatArray = NDArray[np.float64]
 FoundModes = tuple[FloatArray, tuple[str, ...]]  # natural frequencies (Hz) and kinds
 
 FORMS = "peak[:F1:F2], rms[:F1:F2], mean[:F1:F2], level:F, drop:F, frequency:N or frequency:KIND:N"
@@ -61,14 +60,15 @@ class BandMetric:
     """A measure (a key of `OVER_BAND`) of |H| over the lines from ``start`` to before ``stop``."""
 
     columns: tuple[str, ...]
+    labels: tuple[str, ...]
     measure: str
     start: int
     stop: int
 
-    def values(self, found: Findings) -> FloatArray:
+    def values(self, findings: Findings) -> FloatArray:
         """(n_sample, n_column)."""
         lines, (measure, _) = slice(self.start, self.stop), OVER_BAND[self.measure]
-        return measure(found.magnitude[:, lines], found.frequency[lines])
+        return measure(findings.magnitude[:, lines], findings.frequency[lines])
 
 
 @dataclass(frozen=True)
@@ -76,15 +76,16 @@ class LineMetric:
     """The level at a line, or how far it is below that of the model as it is."""
 
     columns: tuple[str, ...]
+    labels: tuple[str, ...]
     line: int
     drop: bool
 
-    def values(self, found: Findings) -> FloatArray:
+    def values(self, findings: Findings) -> FloatArray:
         """(n_sample, 1)."""
-        level = decibels(found.magnitude[:, self.line, None])
+        level = decibels(findings.magnitude[:, self.line, None])
         if not self.drop:
             return level
-        nominal = found.nominal(float(found.frequency[self.line]))
+        nominal = findings.nominal(float(findings.frequency[self.line]))
         return np.asarray(decibels(np.array(nominal)) - level)
 
 
@@ -93,12 +94,13 @@ class ModeMetric:
     """A natural frequency by its number from 1, of all modes (kind "") or of a kind's."""
 
     columns: tuple[str, ...]
+    labels: tuple[str, ...]
     number: int
     kind: str
 
-    def values(self, found: Findings) -> FloatArray:
+    def values(self, findings: Findings) -> FloatArray:
         """(n_sample, 1); NaN where there are fewer modes."""
-        return np.array([[self._of(*modes)] for modes in found.modes])
+        return np.array([[self._of(*modes)] for modes in findings.modes])
 
     def _of(self, frequencies: FloatArray, kinds: Sequence[str]) -> float:
         own = [f for f, k in zip(frequencies, kinds, strict=True) if self.kind in ("", k)]
@@ -136,12 +138,17 @@ def mean_level(magnitude: FloatArray, frequency: FloatArray) -> FloatArray:
     return np.asarray(decibels(magnitude).mean(axis=1, keepdims=True))
 
 
-OVER_BAND: Mapping[str, tuple[Callable[[FloatArray, FloatArray], FloatArray], tuple[str, ...]]] = {
-    "peak": (peak, ("db", "hz")),
-    "rms": (rms, ("m_per_n",)),
-    "mean": (mean_level, ("db",)),
+LEVEL = "dB re 1 m/N"
+# Measure → how it is computed, and of its columns the ending, the words and the unit.
+OVER_BAND: Mapping[
+    str,
+    tuple[Callable[[FloatArray, FloatArray], FloatArray], tuple[tuple[str, str, str], ...]],
+] = {
+    "peak": (peak, (("db", "Highest peak", LEVEL), ("hz", "Peak frequency", "Hz"))),
+    "rms": (rms, (("m_per_n", "RMS", "m/N"),)),
+    "mean": (mean_level, (("db", "Mean level", LEVEL),)),
 }
-AT_LINE = ("level", "drop")
+AT_LINE = {"level": ("Level at", LEVEL), "drop": ("Below the model as it is, at", "dB")}
 
 
 def metrics(given: Sequence[str], frequency: FloatArray | None) -> tuple[Metric, ...]:
@@ -162,17 +169,26 @@ def metrics(given: Sequence[str], frequency: FloatArray | None) -> tuple[Metric,
     """
     if not given:
         given = () if frequency is None else ("peak", "rms")
-    found = tuple(_metric(text, frequency) for text in given)
-    for text, metric in zip(given, found, strict=True):
-        times = [other.columns for other in found].count(metric.columns)
+    asked = tuple(_metric(text, frequency) for text in given)
+    for text, metric in zip(given, asked, strict=True):
+        times = [other.columns for other in asked].count(metric.columns)
         if times > 1:
             raise CommandError(f"--metric {text}: is given {times} times")
-    return found
+    return asked
 
 
 def columns(asked: Sequence[Metric]) -> tuple[str, ...]:
     """Names of all values of some metrics."""
     return tuple(name for metric in asked for name in metric.columns)
+
+
+def labels(asked: Sequence[Metric]) -> dict[str, str]:
+    """What every column is, with its unit, for axes."""
+    return {
+        name: words
+        for metric in asked
+        for name, words in zip(metric.columns, metric.labels, strict=True)
+    }
 
 
 def _metric(text: str, frequency: FloatArray | None) -> Metric:
@@ -196,7 +212,11 @@ def _of_modes(text: str, rest: Sequence[str]) -> ModeMetric:
     if kind and kind[0] not in KINDS:
         raise CommandError(f"--metric {text}: KIND must be one of {', '.join(KINDS)}")
     column = "_".join(("frequency", *(k.replace("-", "_") for k in kind), number, "hz"))
-    return ModeMetric((column,), int(number), KINDS[kind[0]] if kind else "")
+    name = KINDS[kind[0]] if kind else ""
+    words = (
+        f"{name.capitalize()} mode {number} (Hz)" if name else f"Natural frequency {number} (Hz)"
+    )
+    return ModeMetric((column,), (words,), int(number), name)
 
 
 def _over_band(text: str, name: str, limits: Sequence[float], frequency: FloatArray) -> BandMetric:
@@ -210,9 +230,14 @@ def _over_band(text: str, name: str, limits: Sequence[float], frequency: FloatAr
             f"--metric {text}: {low:g} to {high:g} Hz must hold a line and lie within the FRF's "
             f"{frequency[0]:g} to {frequency[-1]:g} Hz; see --fmin, --fmax and --df"
         )
-    _, units = OVER_BAND[name]
+    _, own = OVER_BAND[name]
     stem = "_".join((name, *(f"{limit:g}" for limit in limits)))
-    return BandMetric(tuple(f"{stem}_{unit}" for unit in units), name, start, stop)
+    band = f", {low:g}–{high:g} Hz" if limits else ""
+    return BandMetric(
+        tuple(f"{stem}_{ending}" for ending, _, _ in own),
+        tuple(f"{words}{band} ({unit})" for _, words, unit in own),
+        name, start, stop,
+    )  # fmt: skip
 
 
 def _at_line(text: str, name: str, limits: Sequence[float], frequency: FloatArray) -> LineMetric:
@@ -225,7 +250,9 @@ def _at_line(text: str, name: str, limits: Sequence[float], frequency: FloatArra
             f"--metric {text}: {at:g} Hz is no line of the FRF; the nearest is "
             f"{frequency[line]:g} Hz; see --fmin, --fmax and --df"
         )
-    return LineMetric((f"{name}_{at:g}_db",), line, drop=name == "drop")
+    words, unit = AT_LINE[name]
+    label = f"{words} {at:g} Hz ({unit})"
+    return LineMetric((f"{name}_{at:g}_db",), (label,), line, drop=name == "drop")
 
 
 def _hertz(text: str, part: str) -> float:

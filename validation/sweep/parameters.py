@@ -11,17 +11,16 @@ from itertools import product
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from mbs_models.model.messages import one_message
 from mbs_models.model.parameters import Drivetrain
 
+from ..arrays import FloatArray
 from ..errors import CommandError
 
 Step = str | int
 Values = tuple[float, ...]
-FloatArray = NDArray[np.float64]
 
 DEFAULT_SAMPLES = 200
 MOST_SAMPLES = 1_000_000
@@ -61,35 +60,35 @@ class Variation:
 
 
 @dataclass(frozen=True)
-class Design:
+class Samples:
     """The samples of a sweep.
 
     Attributes
     ----------
     paths
         The varied parameters.
-    samples
+    rows
         Their values, sample by sample.
     sampled
-        Whether some of them are drawn at random from tolerances.
+        Whether some of them are sampled at random from tolerances.
     """
 
     paths: tuple[str, ...]
-    samples: tuple[Values, ...]
+    rows: tuple[Values, ...]
     sampled: bool
 
 
-def design(
+def samples_of(
     drivetrain: Drivetrain,
     given: Sequence[str],
     samples: int | None = None,
     seed: int = 0,
     sampling: str | None = None,
-) -> Design:
+) -> Samples:
     """The samples that ``PATH=SPEC`` options describe: a full grid of the values given.
 
-    Parameters with a tolerance are drawn together, from a Latin hypercube (``sampling`` lhs, the
-    default) or each by itself (random); beside a grid, the same draws are made at every point.
+    Parameters with a tolerance are sampled together, from a Latin hypercube (``sampling`` lhs, the
+    default) or each by itself (random); beside a grid, the same samples are taken at every point.
 
     Raises
     ------
@@ -104,25 +103,25 @@ def design(
         if paths.count(path) > 1:
             raise CommandError(f"--vary {path}: is given {paths.count(path)} times")
     grid = [v for v in variations if v.tolerance is None]
-    drawn = [v for v in variations if v.tolerance is not None]
+    sampled = [v for v in variations if v.tolerance is not None]
     for option, value in (("--samples", samples), ("--sampling", sampling)):
-        if value is not None and not drawn:
+        if value is not None and not sampled:
             raise CommandError(
                 f"{option} = {value}: needs a --vary with a tolerance (v±p% or v~s%)"
             )
-    tolerances = [v.tolerance for v in drawn if v.tolerance is not None]
-    draws = _draws(tolerances, DEFAULT_SAMPLES if samples is None else samples, seed, sampling)
-    total = math.prod(len(v.values) for v in grid) * len(draws)
+    tolerances = [v.tolerance for v in sampled if v.tolerance is not None]
+    taken = _sampled(tolerances, DEFAULT_SAMPLES if samples is None else samples, seed, sampling)
+    total = math.prod(len(v.values) for v in grid) * len(taken)
     if total > MOST_SAMPLES:
         raise CommandError(f"--vary: {total} samples; at most {MOST_SAMPLES} are possible")
-    order = [[*grid, *drawn].index(v) for v in variations]
-    rows = [(*p, *d) for p in product(*(v.values for v in grid)) for d in draws]
-    return Design(
-        tuple(paths), tuple(tuple(row[k] for k in order) for row in rows), sampled=bool(drawn)
+    order = [[*grid, *sampled].index(v) for v in variations]
+    rows = [(*p, *d) for p in product(*(v.values for v in grid)) for d in taken]
+    return Samples(
+        tuple(paths), tuple(tuple(row[k] for k in order) for row in rows), sampled=bool(sampled)
     )
 
 
-def _draws(
+def _sampled(
     tolerances: Sequence[Tolerance], samples: int, seed: int, sampling: str | None
 ) -> list[Values]:
     if not tolerances:

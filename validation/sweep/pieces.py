@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Sequence
+from dataclasses import fields
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -13,14 +14,15 @@ from numpy.typing import NDArray
 
 from fbs.files.whole_files import written_whole
 
+from ..arrays import FloatArray
 from ..errors import CommandError
 from ..runtime.kept import KeptPieces
 from ..runtime.output_folder import make_directory, telling
-from .output import FIELDS, MAGNITUDE
 from .parameters import Values
-from .task import Outcome, Task
+from .plan import SampleResults, SweepPlan
 
-FloatArray = NDArray[np.float64]
+FIELDS = tuple(field.name for field in fields(SampleResults))
+MAGNITUDE = "magnitude.npy"  # of a streamed sweep
 ROWS = "rows"  # SHA-256 of a streamed piece's |H|
 
 
@@ -29,7 +31,7 @@ class Pieces:
 
     Parameters
     ----------
-    task, samples
+    plan, samples
         What is swept.
     out
         Where the directory is.
@@ -38,9 +40,9 @@ class Pieces:
     """
 
     def __init__(
-        self, task: Task, samples: Sequence[Values], out: Path, *, streamed: bool = False
+        self, plan: SweepPlan, samples: Sequence[Values], out: Path, *, streamed: bool = False
     ) -> None:
-        swept = repr((task, tuple(samples), streamed))
+        swept = repr((plan, tuple(samples), streamed))
         name = hashlib.sha256(swept.encode()).hexdigest()[:16]
         self._kept = KeptPieces(out / f"sweep-{name}", swept)
         self.directory, self.streamed = self._kept.directory, streamed
@@ -78,7 +80,7 @@ class Pieces:
             ) from error
         return self._rows
 
-    def load(self, key: str, at: Sequence[int]) -> Outcome | None:
+    def load(self, key: str, at: Sequence[int]) -> SampleResults | None:
         """The piece of that key, of the samples at those places; None if it is not there, or unfit.
 
         Of a streamed sweep its |H| is in its place already.
@@ -89,14 +91,14 @@ class Pieces:
         if self._rows is not None and arrays.pop(ROWS).tobytes() != _digest(self._rows[at]):
             self._kept.refuse(key)
             return None
-        return Outcome(**arrays)
+        return SampleResults(**arrays)
 
-    def save(self, key: str, outcome: Outcome) -> None:
+    def save(self, key: str, results: SampleResults) -> None:
         """Keep a piece, whole or not at all, once its |H| is on the disk."""
-        arrays: dict[str, NDArray[Any]] = {name: getattr(outcome, name) for name in FIELDS}
+        arrays: dict[str, NDArray[Any]] = {name: getattr(results, name) for name in FIELDS}
         if isinstance(self._rows, np.memmap):
             self._rows.flush()
-            arrays[ROWS] = np.frombuffer(_digest(outcome.magnitude), dtype=np.uint8)
+            arrays[ROWS] = np.frombuffer(_digest(results.magnitude), dtype=np.uint8)
             arrays["magnitude"] = np.empty((0, 0))
         self._kept.save(key, arrays)
 

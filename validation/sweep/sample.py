@@ -17,7 +17,6 @@ from itertools import groupby
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fbs import Frf, RealModes, SecondOrderSystem, couple, direct_frf, real_modes
 from fbs._kernels.blas_threads import one_blas_thread
@@ -25,17 +24,17 @@ from fbs.errors import FbsError, SingularLineError, unknown_dof
 from mbs_models.errors import ModelError
 from mbs_models.modal.mode_kinds import StageStiffness, classify, mode_groups
 from mbs_models.model.parameters import Coupling, Drivetrain
-from mbs_models.model.placement import facings, turning
+from mbs_models.model.placement import hub_ratios
 
+from ..arrays import FloatArray
 from ..errors import CommandError
 from ..routes.modes import damped_modes
 from ..routes.routes import EQUATIONS, Source, coupling_joints, exudyn_source
 from .interface import Interface
 from .metrics import Findings, FoundModes
 from .parameters import Step, Values, changed, steps_to
-from .task import Outcome, Task, base_values, blank
+from .plan import SampleResults, SweepPlan, base_values, blank
 
-FloatArray = NDArray[np.float64]
 T = TypeVar("T")
 
 BASES, PARTS = 2, 24  # FRFs remembered: samples come sorted by what they share
@@ -43,61 +42,61 @@ FAILURES = (CommandError, ModelError, FbsError)
 INFINITE = "the FRF is infinite: a line lies on an undamped pole"
 
 
-def evaluate(task: Task, samples: Sequence[Values]) -> Outcome:
+def evaluate(plan: SweepPlan, samples: Sequence[Values]) -> SampleResults:
     """Compute some samples here; one that fails says why in its status.
 
     The same bits come out whoever computes, since matrices this small are left to one thread.
     """
-    bench, outcome = _bench(task), blank(task, len(samples))
-    status = list(outcome.status)
+    bench, results = _bench(plan), blank(plan, len(samples))
+    status = list(results.status)
     modes: list[FoundModes] = [(np.zeros(0), ())] * len(samples)
     with one_blas_thread():
-        for rows in _alike(task, samples):
+        for rows in _alike(plan, samples):
             try:
                 base = bench.base(samples[rows.start])
                 stiffer = bench.stiffer(samples[rows.start : rows.stop])
-                if task.response:
-                    bench.magnitude(base, stiffer, outcome.magnitude[rows.start : rows.stop])
+                if plan.response:
+                    bench.magnitude(base, stiffer, results.magnitude[rows.start : rows.stop])
             except FAILURES as error:
                 status[rows.start : rows.stop] = [_in_one_line(error)] * len(rows)
                 continue
-            for i, more in zip(rows, stiffer if task.modes_needed else (), strict=False):
+            for i, more in zip(rows, stiffer if plan.modes_needed else (), strict=False):
                 try:
                     modes[i] = bench.modes(base, tuple(more))
                 except FAILURES as error:
                     status[i] = _in_one_line(error)
-        for row in np.flatnonzero(~np.isfinite(outcome.magnitude).all(axis=1)):
+        for row in np.flatnonzero(~np.isfinite(results.magnitude).all(axis=1)):
             status[row] = INFINITE if status[row] == "ok" else status[row]
-        outcome = replace(outcome, status=np.array(status))
-        _fill(bench, outcome, modes)
-    return outcome
+        results = replace(results, status=np.array(status))
+        _fill(bench, results, modes)
+    return results
 
 
 def _in_one_line(error: Exception) -> str:
     return " ".join(str(error).split())
 
 
-def _alike(task: Task, samples: Sequence[Values]) -> Iterator[range]:
+def _alike(plan: SweepPlan, samples: Sequence[Values]) -> Iterator[range]:
     """Stretches of samples that differ in coupling springs only."""
     start = 0
-    for _, group in groupby(samples, key=lambda values: base_values(task, values)):
+    for _, group in groupby(samples, key=lambda values: base_values(plan, values)):
         stop = start + len(list(group))
         yield range(start, stop)
         start = stop
 
 
-def _fill(bench: Bench, outcome: Outcome, modes: Sequence[FoundModes]) -> None:
+def _fill(bench: Bench, results: SampleResults, modes: Sequence[FoundModes]) -> None:
     """Fill in what is found of the samples that are ok, and NaN for the others."""
-    task, ok = bench.task, np.flatnonzero(outcome.ok).tolist()
+    plan, ok = bench.plan, np.flatnonzero(results.ok).tolist()
     for i in ok:
         frequencies, kinds = modes[i]
-        n = min(task.n_modes, len(frequencies))
-        outcome.frequency_hz[i, :n], outcome.kind[i, :n] = frequencies[:n], kinds[:n]
-    if ok and task.metrics:
-        magnitude = outcome.magnitude if len(ok) == len(modes) else outcome.magnitude[ok]
-        found = Findings(bench.frequency, magnitude, [modes[i] for i in ok], bench.nominal)
-        outcome.metrics[ok] = np.hstack([metric.values(found) for metric in task.metrics])
-    outcome.magnitude[~outcome.ok] = np.nan
+        n = min(plan.n_modes, len(frequencies))
+        results.frequency_hz[i, :n], results.kind[i, :n] = frequencies[:n], kinds[:n]
+    if ok and plan.metrics:
+        magnitude = results.magnitude if len(ok) == len(modes) else results.magnitude[ok]
+        findings = Findings(bench.frequency, magnitude, [modes[i] for i in ok], bench.nominal)
+        results.metrics[ok] = np.hstack([metric.values(findings) for metric in plan.metrics])
+    results.magnitude[~results.ok] = np.nan
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,15 +121,15 @@ class Base:
 
 
 class Bench:
-    """Computes samples of a task and remembers what the next one shares."""
+    """Computes samples of a plan and remembers what the next one shares."""
 
-    def __init__(self, task: Task) -> None:
-        self.task = task
-        self.data: dict[str, Any] = json.loads(task.model)
-        self.places = [steps_to(self.data, path) for path in task.paths]
-        self.varied = [k for k, anchor in enumerate(task.anchors) if anchor is not None]
-        self.source: Source = EQUATIONS if task.route == "equations" else exudyn_source()
-        self.frequency = task.band.frequency()
+    def __init__(self, plan: SweepPlan) -> None:
+        self.plan = plan
+        self.data: dict[str, Any] = json.loads(plan.model)
+        self.places = [steps_to(self.data, path) for path in plan.paths]
+        self.varied = [k for k, anchor in enumerate(plan.anchors) if anchor is not None]
+        self.source: Source = EQUATIONS if plan.route == "equations" else exudyn_source()
+        self.frequency = plan.band.frequency()
         self._bases: dict[Values, Base] = {}
         self._interfaces: dict[Base, Interface] = {}
         self._parts: dict[tuple[str, ...], Frf | None] = {}
@@ -144,12 +143,12 @@ class Bench:
         Its springs are as valid as the base's: a stiffness greater than 0 breaks no rule that
         another one keeps, and any other is its own reference.
         """
-        shared = base_values(self.task, values)
+        shared = base_values(self.plan, values)
         return _remembered(self._bases, shared, lambda: self._base(shared), BASES)
 
     def _base(self, values: Values) -> Base:
         drivetrain = self._drivetrain(values)
-        varied = [self.task.paths[k].split(".") for k in self.varied]
+        varied = [self.plan.paths[k].split(".") for k in self.varied]
         return Base(drivetrain, tuple(spring_deflection(drivetrain, *path) for path in varied))
 
     def _drivetrain(self, values: Values) -> Drivetrain:
@@ -160,7 +159,7 @@ class Bench:
         """(n_sample, m) how much stiffer each varied spring is than in the base (N/m)."""
         rows = [
             [values[k] - shared[k] for k in self.varied]
-            for values, shared in ((v, base_values(self.task, v)) for v in samples)
+            for values, shared in ((v, base_values(self.plan, v)) for v in samples)
         ]
         return np.array(rows, dtype=float).reshape(len(samples), len(self.varied))
 
@@ -174,17 +173,17 @@ class Bench:
         return _remembered(self._nominal, line, lambda: self._nominal_at(line), len(self.frequency))
 
     def _nominal_at(self, line: float) -> float:
-        assert self.task.response is not None
-        assert self.task.excitation is not None
+        assert self.plan.response is not None
+        assert self.plan.excitation is not None
         system = self.source.whole(changed(self.data, {}))
-        frf = direct_frf(system, [line], [self.task.response], [self.task.excitation])
+        frf = direct_frf(system, [line], [self.plan.response], [self.plan.excitation])
         return float(np.abs(frf.values[0, 0, 0]))
 
     def _interface(self, base: Base) -> Interface:
-        assert self.task.response is not None
-        assert self.task.excitation is not None
-        left = ({self.task.response: 1.0}, *base.springs)
-        right = ({self.task.excitation: 1.0}, *base.springs)
+        assert self.plan.response is not None
+        assert self.plan.excitation is not None
+        left = ({self.plan.response: 1.0}, *base.springs)
+        right = ({self.plan.excitation: 1.0}, *base.springs)
         frf = self._between(base, {label for row in (*left, *right) for label in row})
         rows, columns = _coefficients(left, frf.responses), _coefficients(right, frf.excitations)
         h = np.einsum("ia,fab,jb->ijf", rows, frf.values, columns)
@@ -251,14 +250,14 @@ class Bench:
         groups = mode_groups(modes.natural_frequencies, modes.n_rigid)
         ends = (group[-1] + 1 for group in groups)
         everything = len(modes.natural_frequencies)
-        if self.task.modes_needed <= modes.n_rigid:
+        if self.plan.modes_needed <= modes.n_rigid:
             return modes.n_rigid
-        return next((end for end in ends if end >= self.task.modes_needed), everything)
+        return next((end for end in ends if end >= self.plan.modes_needed), everything)
 
     def _stiffened_drivetrain(self, base: Base, stiffer: Values) -> Drivetrain:
         couplings = {coupling.name: coupling for coupling in base.drivetrain.couplings}
         for k, more in zip(self.varied, stiffer, strict=True):
-            name, key = self.task.paths[k].split(".")
+            name, key = self.plan.paths[k].split(".")
             stiffness = getattr(couplings[name], key) + more
             couplings[name] = couplings[name].model_copy(update={key: stiffness})
         return base.drivetrain.model_copy(update={"couplings": tuple(couplings.values())})
@@ -280,7 +279,7 @@ class Bench:
 
 
 class _Benches(threading.local):
-    """The last task's bench, one for every thread that computes."""
+    """The last plan's bench, one for every thread that computes."""
 
     bench: Bench | None = None
 
@@ -289,13 +288,13 @@ _OWN = _Benches()
 
 
 def forget() -> None:
-    """Forget what this thread has computed of the last task."""
+    """Forget what this thread has computed of the last plan."""
     _OWN.bench = None
 
 
-def _bench(task: Task) -> Bench:
-    if _OWN.bench is None or _OWN.bench.task != task:
-        _OWN.bench = Bench(task)
+def _bench(plan: SweepPlan) -> Bench:
+    if _OWN.bench is None or _OWN.bench.plan != plan:
+        _OWN.bench = Bench(plan)
     return _OWN.bench
 
 
@@ -333,9 +332,7 @@ def spring_deflection(drivetrain: Drivetrain, coupling: str, key: str) -> dict[s
     """δ = (r/r_body)·w_body − w_hub of a coupling's first or second spring."""
     hub = next(c for c in drivetrain.couplings if c.name == coupling)
     body = hub.first if key == "first_stiffness" else hub.second
-    facing = facings(drivetrain)
-    alike = turning(facing, hub.first) * turning(facing, body)
-    return {f"{body}.w": alike * hub.radius / drivetrain.radius(body), f"{hub.name}.w": -1.0}
+    return {f"{body}.w": hub_ratios(drivetrain)[coupling, body], f"{hub.name}.w": -1.0}
 
 
 def _coefficients(rows: Sequence[dict[str, float]], labels: Sequence[str]) -> FloatArray:

@@ -6,13 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import rankdata
 
+from ..arrays import FloatArray
 from .axes import varying
-from .output import Sweep
-
-FloatArray = NDArray[np.float64]
+from .result import SweepResult
 
 
 @dataclass(frozen=True)
@@ -24,9 +22,9 @@ class Sensitivity:
     value: float
 
 
-def sensitivities(sweep: Sweep) -> tuple[Sensitivity, ...]:
+def sensitivities(sweep: SweepResult) -> tuple[Sensitivity, ...]:
     """Those of the metrics, then those of the natural frequencies; each by size."""
-    frequencies = enumerate(sweep.outcome.frequency_hz.T, start=1)
+    frequencies = enumerate(sweep.results.frequency_hz.T, start=1)
     return (
         *_ranked(sweep, {name: _ratio(name, column) for name, column in sweep.metrics.items()}),
         *_ranked(sweep, {f"f{k}": column for k, column in frequencies}),
@@ -38,25 +36,25 @@ def _ratio(name: str, column: FloatArray) -> FloatArray:
     return np.asarray(10.0 ** (column / 20.0)) if name.endswith("_db") else column
 
 
-def _ranked(sweep: Sweep, columns: Mapping[str, FloatArray]) -> list[Sensitivity]:
+def _ranked(sweep: SweepResult, columns: Mapping[str, FloatArray]) -> list[Sensitivity]:
     """∂log m/∂log p if one parameter varies (mean over its range), else Spearman's ρ; by size.
 
     Of the samples that have a value; a metric that is zero or negative somewhere has none.
     """
     measure = log_slope if is_slope(sweep) else spearman
-    found = []
+    values = []
     for name, column in columns.items():
-        rows = sweep.outcome.ok & np.isfinite(column)
+        rows = sweep.results.ok & np.isfinite(column)
         if rows.sum() < 2 or (column[rows] <= 0.0).any():
             continue
-        found += [
-            Sensitivity(name, sweep.design.paths[k], measure(sweep.values[rows, k], column[rows]))
+        values += [
+            Sensitivity(name, sweep.samples.paths[k], measure(sweep.values[rows, k], column[rows]))
             for k in varying(sweep)
         ]
-    return sorted(found, key=lambda s: -abs(s.value))
+    return sorted(values, key=lambda s: -abs(s.value))
 
 
-def is_slope(sweep: Sweep) -> bool:
+def is_slope(sweep: SweepResult) -> bool:
     """Whether sensitivities are slopes: one positive parameter varies."""
     along = varying(sweep)
     return len(along) == 1 and bool((sweep.values[:, along[0]] > 0.0).all())

@@ -16,10 +16,10 @@ from mbs_models.contact.mesh_excitation import LawSamples, MeshLaw, mesh_force, 
 from mbs_models.errors import ModelError
 from mbs_models.integration.integrators import RK44, TRAPEZOIDAL, Integrator
 from mbs_models.integration.time_integration import simulate
-from mbs_models.model.mesh_tables import TrapezoidVariation
 from mbs_models.model.model_file import dumps, load, loads
 from mbs_models.model.parameters import Drivetrain
 from mbs_models.signals.waveforms import FourierSeries, Trapezoid
+from mbs_models.stages.mesh_tables import TrapezoidVariation
 from mbs_models.system.drivetrain import build_drivetrain
 from mbs_models.system.linearization import linearize
 from mbs_models.system.read_back import components

@@ -44,7 +44,7 @@ def test_the_rules_of_planet_phasing_follow(planets: int) -> None:
     found, modes, parts = solved(drivetrain)
     energies = mode_energies(modes, parts)
     order = mesh_order(found, "planetary")
-    for rule in phasing(drivetrain.stages[0], 2 * planets):  # type: ignore[arg-type]
+    for rule in phasing(*drivetrain.stages[0].planet_sets(), 2 * planets):  # type: ignore[arg-type]
         reached = reach(order, rule.harmonic, energies)
         for number, mode in enumerate(modes.modes):
             if mode.kind in rule.suppressed:

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from mbs_models.errors import ModelError
-from mbs_models.model.dof_radii import dof_radii
 from mbs_models.model.excitation import Excitation, check_record, excitation_of, excitations_of
 from mbs_models.model.excitation_tables import Setting
 from mbs_models.model.model_file import (
@@ -52,7 +51,7 @@ def table(kind: str) -> str:
 def test_dofs_are_those_of_the_multibody_system(preset: str) -> None:
     drivetrain = load(preset)
     built = linearize(build_drivetrain(drivetrain))
-    assert set(dof_radii(drivetrain)) == set(built.labels)
+    assert set(drivetrain.dof_radii()) == set(built.labels)
 
 
 def test_tables_become_signals(tmp_path: Path) -> None:

@@ -16,9 +16,9 @@ from mbs_models.gears.phasing import phasing
 from mbs_models.integration.integrators import RK44, Integrator
 from mbs_models.integration.time_integration import simulate
 from mbs_models.modal.mode_kinds import Kind
-from mbs_models.model.mesh_phasing import check_assembly, mesh_phases, sun_to_ring_phase
 from mbs_models.model.model_file import load
 from mbs_models.model.parameters import PlanetaryStage
+from mbs_models.stages.planet_set import check_assembly, mesh_phases, sun_to_ring_phase
 from mbs_models.system.drivetrain import build_drivetrain
 from tests.geared import TEETH, family_amplitudes, lin_parker, speed_for
 
@@ -98,7 +98,7 @@ def test_phases_are_when_teeth_pass_the_pitch_points(
         narrower = involute(stage.ring_mesh_angle) - involute(stage.sun_mesh_angle)
         other = flank + pushed * (math.pi / z_p - narrower)
         expected_ring.append(first_passage(other, planet_speed, z_p, angle) / period)
-    found = mesh_phases(stage, turning=way, sun_drives=sun_drives)
+    found = mesh_phases(stage.planet_set, turning=way, sun_drives=sun_drives)
     assert_same_phase(found.sun, expected_sun)
     assert_same_phase(found.ring, expected_ring)
 
@@ -112,7 +112,7 @@ def assert_same_phase(found: Any, expected: Any) -> None:
 def test_equal_spacing_gives_parker_and_lins_formulas() -> None:
     """γ_sn = ± z_s ψ_n/2π, γ_rn = ∓ z_r ψ_n/2π, and γ_rs = 0 for 35 teeth."""
     (stage,) = lin_parker(4).stages
-    forward, back = mesh_phases(stage), mesh_phases(stage, turning=-1.0)  # type: ignore[arg-type]
+    forward, back = mesh_phases(stage.planet_set), mesh_phases(stage.planet_set, turning=-1.0)  # type: ignore[attr-defined]
     assert_same_phase(forward.sun, [27 * n / 4 for n in range(4)])
     assert_same_phase(forward.ring, [-97 * n / 4 for n in range(4)])
     assert_same_phase(back.sun, [-27 * n / 4 for n in range(4)])
@@ -121,10 +121,10 @@ def test_equal_spacing_gives_parker_and_lins_formulas() -> None:
 
 def test_sun_to_ring_phase_by_the_planets_teeth() -> None:
     even, odd = stage_of(24, 12, 48, planets=3), stage_of(24, 15, 54, planets=3)
-    assert sun_to_ring_phase(even) % 1.0 == pytest.approx(0.5)
-    assert sun_to_ring_phase(odd) % 1.0 == pytest.approx(0.0, abs=1e-12)
+    assert sun_to_ring_phase(even.planet_set) % 1.0 == pytest.approx(0.5)
+    assert sun_to_ring_phase(odd.planet_set) % 1.0 == pytest.approx(0.0, abs=1e-12)
     given_key = stage_of(24, 12, 48, planets=3, ring_mesh_phase=0.25)
-    assert mesh_phases(given_key).ring == (0.25, 0.25, 0.25)
+    assert mesh_phases(given_key.planet_set).ring == (0.25, 0.25, 0.25)
 
 
 def test_a_wider_tooth_at_the_rings_pitch_circle() -> None:
@@ -133,18 +133,20 @@ def test_a_wider_tooth_at_the_rings_pitch_circle() -> None:
     a, b = math.radians(28.118), math.radians(17.161)
     widening = 17 * ((math.tan(a) - a) - (math.tan(b) - b)) / TURN
     assert isinstance(low_speed, PlanetaryStage)
-    assert sun_to_ring_phase(low_speed) == pytest.approx(8.5 - 0.5 - widening)
-    assert sun_to_ring_phase(low_speed, sun_drives=False) == pytest.approx(8.5 + 0.5 + widening)
+    assert sun_to_ring_phase(low_speed.planet_set) == pytest.approx(8.5 - 0.5 - widening)
+    assert sun_to_ring_phase(low_speed.planet_set, sun_drives=False) == pytest.approx(
+        8.5 + 0.5 + widening
+    )
 
 
 def test_planets_that_cannot_be_put_in_are_refused() -> None:
     bad = stage_of(27, 35, 97, planets=3)
     with pytest.raises(ModelError, match=r"planets = 3: \(z_s \+ z_r\)/N = 41.3333 with z_s = 27"):
-        check_assembly(bad)
+        check_assembly(bad.planet_set)
     with pytest.raises(ModelError, match=r"from planet 1 to planet 2 .* = 31.5 .*not whole"):
-        check_assembly(stage_of(27, 36, 99, planet_angles=[0.0, 90.0]))
+        check_assembly(stage_of(27, 36, 99, planet_angles=[0.0, 90.0]).planet_set)
     # 124 teeth, a twelfth of a degree off: a rounded angle.
-    check_assembly(stage_of(27, 35, 97, planet_angles=[0.0, 90.08]))
+    check_assembly(stage_of(27, 35, 97, planet_angles=[0.0, 90.08]).planet_set)
 
 
 @pytest.mark.parametrize(
@@ -156,13 +158,13 @@ def test_missing_teeth_are_named(gear: str, words: str) -> None:
     tables = stage.model_dump(exclude_unset=True)
     tables[gear].pop("teeth")
     with pytest.raises(ModelError, match=words):
-        mesh_phases(PlanetaryStage.model_validate(tables))
+        mesh_phases(PlanetaryStage.model_validate(tables).planet_set)
 
 
 def test_what_harmonics_excite() -> None:
     """Parker (2000), N = 4 with z_s = 27: k = 3, 2, 1, 0, 3."""
     (stage,) = lin_parker(4).stages
-    found = phasing(stage)  # type: ignore[arg-type]
+    found = phasing(stage.planet_set)  # type: ignore[attr-defined]
     assert [p.phasing_number for p in found] == [3, 2, 1, 0, 3]
     assert [p.excited for p in found] == [
         Kind.TRANSLATIONAL,
@@ -176,10 +178,10 @@ def test_what_harmonics_excite() -> None:
 
 def test_unequal_planets_have_no_phasing() -> None:
     with pytest.raises(ModelError, match="not equally spaced"):
-        phasing(stage_of(27, 35, 97, planet_angles=[0.0, 90.0, 360.0 * 60 / 124]))
+        phasing(stage_of(27, 35, 97, planet_angles=[0.0, 90.0, 360.0 * 60 / 124]).planet_set)
     (stage,) = lin_parker(4, sun_mesh_stiffness=[5e8, 5e8, 5e8, 4e8]).stages
     with pytest.raises(ModelError, match="differs from planet to planet"):
-        phasing(stage)  # type: ignore[arg-type]
+        phasing(stage.planet_set)  # type: ignore[attr-defined]
 
 
 # In exudyn
@@ -211,7 +213,7 @@ def test_a_transmission_errors_harmonic_moves_one_family_only(planets: int, harm
     sizes = [family_amplitudes(record.labels, q, planets) for q in record.displacement]
     largest = {kind: max(size[kind] for size in sizes) for kind in sizes[0]}
     (stage,) = drivetrain.stages
-    expected = phasing(stage, harmonic)[-1]  # type: ignore[arg-type]
+    expected = phasing(stage.planet_set, harmonic)[-1]  # type: ignore[attr-defined]
     for kind in expected.suppressed:
         assert largest[kind] < 1e-6 * largest[expected.excited], (kind, largest)
     assert largest[expected.excited] > 1e-10
@@ -242,7 +244,7 @@ def test_varying_stiffness_under_torque_keeps_to_the_phasing(planets: int) -> No
     steady = record.displacement[-per_period:]
     lines = np.fft.rfft(steady, axis=0) / per_period
     (stage,) = drivetrain.stages
-    for expected in phasing(stage, 4):  # type: ignore[arg-type]
+    for expected in phasing(stage.planet_set, 4):  # type: ignore[attr-defined]
         sizes = family_amplitudes(record.labels, lines[expected.harmonic], planets)
         for kind in expected.suppressed:
             assert sizes[kind] < 1e-5 * sizes[expected.excited], (expected, sizes)

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 from mbs_models.errors import ModelError
 from mbs_models.model.model_file import load
 from mbs_models.model.parameters import Drivetrain
-from mbs_models.model.tooth_numbers import half_a_digit, refuse_impossible
-from mbs_models.sanity.tooth_rules import ring_closes, teeth_fit_radii
+from mbs_models.model.tooth_numbers import refuse_impossible
+from mbs_models.sanity.teeth import ring_closes, teeth_fit_radii
+from mbs_models.stages.teeth import half_a_digit
 from tests.strategies import with_stage
 
 

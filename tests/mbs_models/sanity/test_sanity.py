@@ -11,13 +11,18 @@ from mbs_models.errors import ModelError
 from mbs_models.model.model_file import load, loads, template
 from mbs_models.model.parameters import Drivetrain
 from mbs_models.sanity.free_motion import count_free_rotations, free_to_move, input_turns
-from mbs_models.sanity.neighbours import suspicious_stiffnesses
 from mbs_models.sanity.rules import findings
+from mbs_models.sanity.stiffnesses import off_their_neighbours
 from mbs_models.system.read_back import drivetrain_components
 from tests.strategies import changed, drivetrains, with_stage
 
 PAPER = template("paper-table2")
 MESH = "\nmesh_stiffness = 2.0e8"
+
+
+def far_off(drivetrain: Drivetrain) -> tuple[str, ...]:
+    """What is a thousand times off its neighbours."""
+    return tuple(str(note) for item in drivetrain.items for note in off_their_neighbours(item))
 
 
 @pytest.mark.parametrize(
@@ -32,15 +37,13 @@ MESH = "\nmesh_stiffness = 2.0e8"
 )
 def test_how_far_off_is_told_in_few_digits(stiffness: str, told: str) -> None:
     drivetrain = loads(PAPER.replace(MESH, f"\nmesh_stiffness = {stiffness}", 1))
-    assert suspicious_stiffnesses(drivetrain) == (
-        f"reducer: mesh_stiffness = {told}; is the unit right?",
-    )
+    assert far_off(drivetrain) == (f"reducer: mesh_stiffness = {told}; is the unit right?",)
 
 
 def test_factors_that_no_float_holds() -> None:
     text = PAPER.replace("first_stiffness = 1.0e8", "first_stiffness = 1.7e308", 1)
     text = text.replace("second_stiffness = 1.0e5", "second_stiffness = 1.0e-320", 1)
-    hard, soft = suspicious_stiffnesses(loads(text))
+    hard, soft = far_off(loads(text))
     # Two values: each is the root of their ratio from the median, √(1.7e308/1.0e-320) = 1.3e314.
     assert "first_stiffness = 1.7e+308 N/m: 1.3e+314 times" in hard
     assert "times its neighbours" in soft
@@ -48,7 +51,16 @@ def test_factors_that_no_float_holds() -> None:
 
 def test_a_stiffness_that_its_radius_makes_infinite_is_no_neighbour() -> None:
     text = PAPER.replace("bearing_rocking_over_r2 = 1.0e8", "bearing_rocking = 1e308", 1)
-    assert suspicious_stiffnesses(loads(text)) == ()
+    assert far_off(loads(text)) == ()
+
+
+def test_odd_stiffnesses_are_pointed_out() -> None:
+    pinion = load("paper").stage("reducer").pinion.model_dump(exclude_unset=True)
+    drivetrain = with_stage(load("paper"), "reducer", pinion=pinion | {"bearing_y": 3.5e5})
+    assert far_off(load("paper")) == ()
+    (note,) = far_off(with_stage(load("paper"), "reducer", pinion=pinion | {"bearing_y": 3.5e4}))
+    assert "reducer: pinion.bearing_y = 35000 N/m" in note
+    assert far_off(drivetrain) == ()  # 300 times softer may be meant
 
 
 NUMBER = re.compile(r"= ?(-?[0-9][0-9.e+-]*)")

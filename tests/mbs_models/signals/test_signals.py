@@ -13,11 +13,9 @@ from mbs_models.signals.lines import (
     Harmonic,
     Multisine,
     fitted_spacing,
-    orthogonal,
     own_seeds,
     random_multisine,
     schroeder_multisine,
-    zippered,
 )
 
 
@@ -160,23 +158,14 @@ def test_each_input_has_its_own_seed() -> None:
     assert own_seeds(3, 2) == own_seeds(3, 4)[:2]  # a further input leaves the others as they are
 
 
-def test_zippered_lines_add_up_to_the_whole() -> None:
+def test_shared_lines_add_up_to_the_whole() -> None:
     whole = schroeder_multisine(10.0, 100.0, 1.0, 1.0)
-    parts = zippered(whole, 3)
+    parts = [whole.share(i, 3) for i in range(3)]
     together = np.concatenate([part.harmonics for part in parts])
     assert sorted(together) == whole.harmonics.tolist()
     time = np.linspace(0.0, 1.0, 50)
     total = sum(part.values(time) for part in parts)
     np.testing.assert_allclose(total, whole.values(time), atol=1e-11)
-
-
-@pytest.mark.parametrize("count", [1, 2, 3, 5])
-def test_orthogonal_experiments_have_condition_one(count: int) -> None:
-    experiments = orthogonal(random_multisine(10.0, 20.0, 1.0, 0.5, seed=2), count)
-    inputs = np.array([[signal.spectrum for signal in one] for one in experiments])
-    products = np.einsum("eik,ejk->kij", inputs, inputs.conj())
-    expected = np.broadcast_to(count * 0.25 * np.eye(count), products.shape)
-    np.testing.assert_allclose(products, expected, atol=1e-14)
 
 
 LINES = np.array([1, 2])
@@ -205,7 +194,7 @@ BAD = [
     (lambda: Multisine(1.0, LINES, np.ones(1), np.zeros(2)), "2 harmonics, 1 amplitudes"),
     (lambda: Multisine(1.0, LINES - 1, np.ones(2), np.zeros(2)), "from 1 on"),
     (lambda: Multisine(1.0, LINES, np.ones(2), np.array([0.0, np.nan])), "must be finite"),
-    (lambda: zippered(schroeder_multisine(1.0, 2.0, 1.0, 1.0), 3), "cannot be shared out"),
+    (lambda: schroeder_multisine(1.0, 2.0, 1.0, 1.0).share(0, 3), "cannot be shared out"),
 ]
 
 

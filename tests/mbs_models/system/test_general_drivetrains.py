@@ -14,7 +14,6 @@ from mbs_models.modal.mode_kinds import Kind
 from mbs_models.modal.modes import drivetrain_modes
 from mbs_models.model.model_file import dumps, load, loads
 from mbs_models.model.parameters import Drivetrain
-from mbs_models.sanity.neighbours import suspicious_stiffnesses
 from tests.strategies import drivetrains, paper, with_coupling, with_stage
 from validation.checks.metrics import scaled_error
 from validation.checks.model_warnings import model_warnings
@@ -215,17 +214,6 @@ def test_rigid_couplings_must_not_close_a_loop() -> None:
     for build in (multibody.drivetrain_system, equations.drivetrain_system):
         with pytest.raises(ModelError, match="twice"):
             build(drivetrain)
-
-
-def test_odd_stiffnesses_are_pointed_out() -> None:
-    pinion = paper().stage("reducer").pinion.model_dump(exclude_unset=True)
-    drivetrain = with_stage(paper(), "reducer", pinion=pinion | {"bearing_y": 3.5e5})
-    assert suspicious_stiffnesses(paper()) == ()
-    (note,) = suspicious_stiffnesses(
-        with_stage(paper(), "reducer", pinion=pinion | {"bearing_y": 3.5e4})
-    )
-    assert "reducer: pinion.bearing_y = 35000 N/m" in note
-    assert suspicious_stiffnesses(drivetrain) == ()  # 300 times softer may be meant
 
 
 def test_an_inertia_alone() -> None:

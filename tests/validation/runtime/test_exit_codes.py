@@ -129,7 +129,7 @@ def test_an_interrupted_paper_is_told(
     monkeypatch.setattr("validation.paper.paper_study", study)
     out = tmp_path_factory.mktemp("paper")
     assert call("paper", "--out", str(out)) == exit_codes.INTERRUPTED
-    assert "crosscheck: interrupted; no file was left half written\n" in capsys.readouterr().err
+    assert "crosscheck: interrupted; nothing was written\n" in capsys.readouterr().err
     assert list(out.iterdir()) == []
 
 

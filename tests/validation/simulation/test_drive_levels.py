@@ -11,9 +11,10 @@ import pytest
 from mbs_models.model.excitation import Excitation
 from mbs_models.model.model_file import load
 from mbs_models.signals.lines import schroeder_multisine
+from validation.report.publish import publish
 from validation.simulation.drive_level import DriveLevels, Level
-from validation.simulation.output import write_simulation
-from validation.simulation.results import Request, Simulation
+from validation.simulation.options import Options
+from validation.simulation.result import SimulationResult
 from validation.simulation.run import run_simulation
 
 SIGNAL = schroeder_multisine(50.0, 2000.0, 50.0, 0.1)
@@ -21,9 +22,9 @@ SAMPLES = 726  # a period at 36.3 kHz
 MULTISINE = Excitation("planetary.sun.w", SIGNAL)
 
 
-def ran(*levels: float, reverse: bool = False) -> Simulation:
-    request = Request(excitations=(MULTISINE,), levels=levels, reverse=reverse)
-    return run_simulation(load("lin-parker-4"), request)
+def ran(*levels: float, reverse: bool = False) -> SimulationResult:
+    options = Options(excitations=(MULTISINE,), levels=levels, reverse=reverse)
+    return run_simulation(load("lin-parker-4"), options)
 
 
 def test_what_geometry_adds_grows_with_the_force() -> None:
@@ -63,11 +64,11 @@ def test_a_level_that_diverges_is_told_and_drawn(tmp_path: Path) -> None:
     found = ran(1.0, 1e13)
     assert found.levels is not None
     beyond = found.levels.levels[1]
-    assert beyond.found is None
+    assert beyond.estimated is None
     assert beyond.worst_db == np.inf
     assert "off by any amount (the motion diverged)" in found.levels.conclusion
-    write_simulation(found, tmp_path, ())
-    assert '"worst_db": null' in (tmp_path / "simulation.json").read_text(encoding="utf-8")
+    publish(found, tmp_path)
+    assert '"worst_db":null' in (tmp_path / "simulation.json").read_text(encoding="utf-8")
 
 
 def test_all_levels_may_diverge(tmp_path: Path) -> None:
@@ -75,7 +76,7 @@ def test_all_levels_may_diverge(tmp_path: Path) -> None:
     found = ran(1e13)
     assert found.levels is not None
     assert found.levels.linear == ()
-    write_simulation(found, tmp_path, ())
+    publish(found, tmp_path)
     html = (tmp_path / "simulation.html").read_text(encoding="utf-8")
     assert "Already at the lowest level" in html
     assert "the motion diverged" in html

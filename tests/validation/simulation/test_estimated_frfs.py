@@ -16,14 +16,13 @@ from mbs_models.signals.lines import (
     Harmonic,
     Signal,
     schroeder_multisine,
-    zippered,
 )
 from mbs_models.signals.sines import HalfSine, Sweep
 from mbs_models.system.drivetrain import build_drivetrain
 from mbs_models.system.linearization import round_off_force
-from validation.simulation.options import default_excitation
-from validation.simulation.output import accelerations
-from validation.simulation.results import Request, Simulation
+from validation.simulation.options import Options, default_excitation
+from validation.simulation.records import accelerations
+from validation.simulation.result import SimulationResult
 from validation.simulation.run import run_simulation
 
 SUN, CARRIER = "planetary.sun.u", "planetary.carrier.w"
@@ -31,17 +30,17 @@ MULTISINE = schroeder_multisine(100.0, 3000.0, 20.0, 0.01)
 
 
 @functools.cache
-def ran(*signals: Signal, duration: float | None = None, reverse: bool = True) -> Simulation:
+def ran(*signals: Signal, duration: float | None = None, reverse: bool = True) -> SimulationResult:
     """Lin & Parker's four planets under a signal at the sun, and a second at the carrier."""
     excitations = tuple(Excitation(*pair) for pair in zip((SUN, CARRIER), signals, strict=False))
-    request = Request(excitations=excitations, duration=duration, reverse=reverse)
-    return run_simulation(load("lin-parker-4"), request)
+    options = Options(excitations=excitations, duration=duration, reverse=reverse)
+    return run_simulation(load("lin-parker-4"), options)
 
 
 def test_a_multisine_on_its_orbit_has_fbs_frfs_to_round_off() -> None:
     """The trapezoidal rule's own frequencies are exact: measured 5e-6 dB, springs' round-off."""
-    request = Request(excitations=(Excitation(SUN, MULTISINE),))
-    (found,) = run_simulation(load("lin-parker-4"), request).estimated
+    options = Options(excitations=(Excitation(SUN, MULTISINE),))
+    (found,) = run_simulation(load("lin-parker-4"), options).estimated
     assert found.estimate.kind == "periodic"
     assert found.decibels.max() < 1e-4
     assert found.degrees.max() < 1e-3
@@ -50,7 +49,7 @@ def test_a_multisine_on_its_orbit_has_fbs_frfs_to_round_off() -> None:
 def test_the_default_excitation_of_the_paper() -> None:
     """Hub of 7.5 MHz and 42 Hz mode included; measured 1e-4 dB."""
     paper = load("paper")
-    found = run_simulation(paper, Request(excitations=(default_excitation(paper),)))
+    found = run_simulation(paper, Options(excitations=(default_excitation(paper),)))
     assert found.borrowed_damping
     assert found.agrees
     assert found.estimated[0].decibels.max() < 1e-2
@@ -66,11 +65,11 @@ def test_the_default_excitation_of_springs_that_stand_for_rigid_gears() -> None:
     excitation = default_excitation(marine)
     force = np.abs(excitation.signal.spectrum).min()
     assert force == pytest.approx(100.0 * round_off_force(build_drivetrain(marine)), rel=1e-9)
-    found = run_simulation(marine, Request(excitations=(excitation,)))
+    found = run_simulation(marine, Options(excitations=(excitation,)))
     assert found.agrees, [check.findings for check in found.checks]
     signal = replace(excitation.signal, amplitudes=0.02 * excitation.signal.amplitudes)
     weaker = replace(excitation, signal=signal)
-    found = run_simulation(marine, Request(excitations=(weaker,)))
+    found = run_simulation(marine, Options(excitations=(weaker,)))
     assert not found.agrees
     assert "this is round-off of the springs' forces" in found.hints[0]
 
@@ -149,9 +148,10 @@ def test_two_noises_at_once() -> None:
 
 def test_two_multisines_share_their_lines() -> None:
     """Each input at its own lines, no leakage: as exact as one alone."""
-    parts = zippered(schroeder_multisine(100.0, 3000.0, 10.0, 0.01), 2)
+    whole = schroeder_multisine(100.0, 3000.0, 10.0, 0.01)
+    parts = [whole.share(i, 2) for i in range(2)]
     excitations = tuple(Excitation(*pair) for pair in zip((SUN, CARRIER), parts, strict=True))
-    simulation = run_simulation(load("lin-parker-4"), Request(excitations=excitations))
+    simulation = run_simulation(load("lin-parker-4"), Options(excitations=excitations))
     assert [found.estimate.frf.excitations for found in simulation.estimated] == [
         (SUN,),
         (CARRIER,),
@@ -168,8 +168,8 @@ def test_a_sine_has_no_frf_but_runs() -> None:
 def test_a_force_that_bends_geometry_is_told_as_that() -> None:
     """Rotations of 1e-3 rad: the hint says that a tenth of the force is off by less."""
     strong = schroeder_multisine(100.0, 3000.0, 20.0, 2000.0)
-    request = Request(excitations=(Excitation("planetary.sun.w", strong),))
-    simulation = run_simulation(load("lin-parker-4"), request)
+    options = Options(excitations=(Excitation("planetary.sun.w", strong),))
+    simulation = run_simulation(load("lin-parker-4"), options)
     assert not simulation.agrees
     assert "At a tenth of the force" in simulation.hints[0]
     assert "not linear" in simulation.hints[0]
@@ -190,7 +190,7 @@ def test_transients_of_the_paper(signal: Signal) -> None:
     Round-off of 1e-17 m shows in the planets' radial motion, 1e4 times smaller than the others:
     the force must not be too small. Measured 0.01 dB.
     """
-    request = Request(
+    options = Options(
         excitations=(Excitation("reducer.pinion.w", signal),),
         responses=(
             "reducer.pinion.w", "reducer.wheel.w", "reducer.pinion.y", "reducer.wheel.y",
@@ -198,7 +198,7 @@ def test_transients_of_the_paper(signal: Signal) -> None:
             "planetary.planet1.w", "planetary.planet1.u",
         ),
     )  # fmt: skip
-    simulation = run_simulation(load("paper"), request)
+    simulation = run_simulation(load("paper"), options)
     (found,) = simulation.estimated
     lines = found.reference.frequency >= 10.0
     assert len(found.reference.responses) == 10  # all of them move
@@ -210,11 +210,11 @@ def test_transients_of_the_paper(signal: Signal) -> None:
 def test_noise_on_the_paper() -> None:
     """The 42 Hz mode needs segments of seconds; lines it leaks to have low coherence."""
     noise = BandNoise(10.0, 1000.0, 0.01, 60.0)
-    request = Request(
+    options = Options(
         excitations=(Excitation("reducer.pinion.w", noise),),
         responses=("reducer.pinion.w", "reducer.wheel.w", "coupling.w", "planetary.sun.w"),
         duration=60.0,
         reverse=False,
     )
-    simulation = run_simulation(load("paper"), request)
+    simulation = run_simulation(load("paper"), options)
     assert simulation.agrees, [check.findings for check in simulation.checks]

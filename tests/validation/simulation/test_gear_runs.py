@@ -15,7 +15,8 @@ from mbs_models.signals.lines import schroeder_multisine
 from tests.geared import lin_parker, speed_for
 from validation.errors import CommandError
 from validation.routes.floquet import parametric_system, tongues
-from validation.simulation.results import Request, Simulation
+from validation.simulation.options import Options
+from validation.simulation.result import SimulationResult
 from validation.simulation.run import run_simulation
 
 VARYING = {
@@ -26,12 +27,12 @@ DAMPING = {"beta": 2e-6, "alpha": 20.0}  # 4.6 % at 740 Hz: a run settles within
 
 
 @functools.cache
-def at_speed(planets: int = 4, mesh_frequency: float = 2000.0) -> Simulation:
+def at_speed(planets: int = 4, mesh_frequency: float = 2000.0) -> SimulationResult:
     drivetrain = lin_parker(planets, **DAMPING, **VARYING)
-    request = Request(
+    options = Options(
         speed_rpm=speed_for(drivetrain, mesh_frequency), torque=20.0, duration=0.5, fmax=8000.0
     )
-    return run_simulation(drivetrain, request)
+    return run_simulation(drivetrain, options)
 
 
 def test_mesh_forces_carry_the_torque() -> None:
@@ -94,7 +95,7 @@ def test_phasing_silences_two_families_of_three(planets: int) -> None:
 
 
 def _family_shares(
-    simulation: Simulation, stage: PlanetaryStage, harmonic: int
+    simulation: SimulationResult, stage: PlanetaryStage, harmonic: int
 ) -> dict[Kind, float]:
     """Size of each family's part of the acceleration at a mesh harmonic."""
     from fbs.signal.spectra import line_amplitudes
@@ -107,7 +108,7 @@ def _family_shares(
     lines = line_amplitudes(measured.acceleration, record.sampling_frequency, [frequency])[0]
     found = {}
     rest = float(np.linalg.norm(lines)) ** 2
-    for kind, (labels, basis) in family_bases(stage).items():
+    for kind, (labels, basis) in family_bases(stage.planet_set).items():
         rows = [record.labels.index(label) for label in labels]
         found[Kind(kind)] = float(np.linalg.norm(basis.T @ lines[rows]))
         rest -= found[Kind(kind)] ** 2
@@ -126,14 +127,14 @@ def test_floquet_tells_a_stable_from_an_unstable_speed() -> None:
     probe = operating_point(drivetrain, speed_rpm=1000.0)
     system = parametric_system(drivetrain, probe.laws, highest_hz=2e4)
     widest = tongues(system, [1])[0]
-    request = Request(
+    options = Options(
         speed_rpm=speed_for(drivetrain, widest.centre), torque=1.0, duration=1e-3, fmax=3e4
     )
-    simulation = run_simulation(drivetrain, request)
+    simulation = run_simulation(drivetrain, options)
     assert simulation.gears is not None
     (unstable,) = simulation.gears.stability
     assert unstable.growth_rate > 0.5 * widest.growth_rate
-    assert "Parametric instability" in unstable.in_words
+    assert "Parametric instability" in unstable.sentence
     # No green verdict: without play nothing ends the growth.
     assert not simulation.agrees
     broken = [check for check in simulation.checks if not check.agrees]
@@ -149,7 +150,7 @@ def test_frfs_leave_fbs_where_teeth_lift_off() -> None:
     drivetrain = lin_parker(4, **DAMPING, sun_mesh_backlash=2e-5)
     signal = schroeder_multisine(200.0, 3000.0, 50.0, 0.005)
     excitation = Excitation("planetary.sun.w", signal)
-    first = run_simulation(drivetrain, Request(excitations=(excitation,), torque=2.0))
+    first = run_simulation(drivetrain, Options(excitations=(excitation,), torque=2.0))
     assert first.agrees, [check.findings for check in first.checks]
     assert first.gears is not None
     lift_off = min(
@@ -158,8 +159,8 @@ def test_frfs_leave_fbs_where_teeth_lift_off() -> None:
         if ".sun" in load.name
     )
     levels = (0.5 * lift_off, 4.0 * lift_off)
-    request = Request(excitations=(excitation,), torque=2.0, levels=levels, reverse=False)
-    simulation = run_simulation(drivetrain, request)
+    options = Options(excitations=(excitation,), torque=2.0, levels=levels, reverse=False)
+    simulation = run_simulation(drivetrain, options)
     assert simulation.levels is not None
     below, beyond = simulation.levels.levels
     assert below.worst_db <= 0.1
@@ -170,6 +171,6 @@ def test_frfs_leave_fbs_where_teeth_lift_off() -> None:
 def test_levels_of_meshes_that_vary_are_refused() -> None:
     drivetrain = lin_parker(4, **VARYING)
     excitation = Excitation("planetary.sun.w", schroeder_multisine(200.0, 3000.0, 50.0, 0.05))
-    request = Request(excitations=(excitation,), speed_rpm=1000.0, levels=(1.0, 10.0))
+    options = Options(excitations=(excitation,), speed_rpm=1000.0, levels=(1.0, 10.0))
     with pytest.raises(CommandError, match="needs meshes that do not vary"):
-        run_simulation(drivetrain, request)
+        run_simulation(drivetrain, options)

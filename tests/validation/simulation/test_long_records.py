@@ -13,6 +13,7 @@ import pytest
 from mbs_models.model.excitation import Excitation
 from mbs_models.model.model_file import load
 from mbs_models.signals.lines import BandNoise
+from validation.report.publish import publish
 from validation.simulation.long_records import (
     PIECE,
     channels,
@@ -20,8 +21,7 @@ from validation.simulation.long_records import (
     thinned,
     thinned_places,
 )
-from validation.simulation.output import write_simulation
-from validation.simulation.results import Request
+from validation.simulation.options import Options
 from validation.simulation.run import run_simulation
 
 RNG = np.random.default_rng(5)
@@ -116,11 +116,11 @@ def test_memory_does_not_grow_with_the_record(tmp_path: Path) -> None:
 def _run_and_write(directory: Path, duration: float) -> int:
     """Bytes on the disk of a run under noise that is reported there."""
     directory.mkdir()
-    request = Request(
+    options = Options(
         excitations=(Excitation("planetary.sun.u", BandNoise(10.0, 400.0, 0.01, duration)),),
         duration=duration,
         reverse=False,
     )
-    found = run_simulation(load("lin-parker-4"), request, store=directory / "pieces")
-    write_simulation(found, directory, ())
+    found = run_simulation(load("lin-parker-4"), options, store=directory / "pieces")
+    publish(found, directory)
     return sum(path.stat().st_size for path in (directory / "pieces").rglob("*"))

@@ -24,11 +24,13 @@ from tests.gearboxes import pair, planetary
 from tests.geared import speed_for
 from validation import cli
 from validation.checks.check import Check
+from validation.report.console import console
 from validation.runtime import streams
 from validation.runtime.streams import progress_bars
+from validation.simulation.console import print_result
 from validation.simulation.gear_run import NOTHING_EXCITES
+from validation.simulation.options import Options
 from validation.simulation.proof import run_checks, static_mesh_forces
-from validation.simulation.results import Request
 from validation.simulation.run import run_simulation
 
 STATICS, MEANS, SHARES, GROWTH, ENERGY, FREE = (
@@ -214,15 +216,13 @@ def test_a_linkage_in_the_place_of_teeth_is_no_green_verdict(
 
 
 def test_nothing_excites(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    simulation = run_simulation(pair(), Request(speed_rpm=600.0, torque=100.0, duration=0.05))
+    simulation = run_simulation(pair(), Options(speed_rpm=600.0, torque=100.0, duration=0.05))
     assert simulation.agrees
     assert simulation.gears is not None
     assert not simulation.gears.excites
     (load,) = simulation.gears.loads
     assert load.dynamic_factor == pytest.approx(1.0, abs=1e-9)
-    from validation.simulation.console import findings
-
-    findings(simulation)
+    print_result(simulation, console())
     assert NOTHING_EXCITES in capsys.readouterr().out.replace("\n", " ")
 
 
@@ -239,7 +239,7 @@ def test_a_speed_of_0_asks_for_frfs_under_the_torque(tmp_path: Path) -> None:
         cli.main(["simulate", str(model), "--speed", "0", "--out", str(tmp_path / "out")])
     assert not ended.value.code
     text = (tmp_path / "out" / "simulation.json").read_text(encoding="utf-8")
-    assert '"frfs": [{' in text
+    assert '"frfs":[{' in text
     assert "FRFs from time integration" in text
 
 
@@ -248,8 +248,8 @@ def test_teeth_that_part_are_counted_on_the_deflection() -> None:
     drivetrain = pair(
         mesh_backlash=1e-5, mesh_transmission_error={"harmonics": [[8e-6, 0.0]]}, beta=4e-6
     )
-    request = Request(speed_rpm=6000.0, torque=1.0, duration=0.2)
-    simulation = run_simulation(drivetrain, request)
+    options = Options(speed_rpm=6000.0, torque=1.0, duration=0.2)
+    simulation = run_simulation(drivetrain, options)
     assert simulation.gears is not None
     (load,) = simulation.gears.loads
     assert 0.05 < load.open_share < 0.95

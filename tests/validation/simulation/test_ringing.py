@@ -10,7 +10,8 @@ from mbs_models.model.excitation import Excitation
 from mbs_models.signals.lines import BandNoise
 from tests.geared import geared_reducer
 from tests.strategies import paper
-from validation.simulation.results import Request, Simulation
+from validation.simulation.options import Options
+from validation.simulation.result import SimulationResult
 from validation.simulation.ringing import ringing, ringing_warning
 from validation.simulation.run import run_simulation
 
@@ -39,7 +40,7 @@ def test_what_alternates_is_named() -> None:
     assert ringing_warning(()) == ()
 
 
-def rms(simulation: Simulation, label: str) -> float:
+def rms(simulation: SimulationResult, label: str) -> float:
     record = simulation.record
     assert record.acceleration is not None
     measured = record.acceleration[round(simulation.run_in * record.sampling_frequency) :]
@@ -48,7 +49,7 @@ def rms(simulation: Simulation, label: str) -> float:
 
 def test_at_speed_a_hub_shakes_like_the_wheel_it_sits_on() -> None:
     """1e8 N/m hold it to the wheel, 1e5 N/m to the sun, and the sun shakes less: to 1e-3."""
-    found = run_simulation(geared_reducer(), Request(speed_rpm=2000.0, torque=20.0, duration=0.05))
+    found = run_simulation(geared_reducer(), Options(speed_rpm=2000.0, torque=20.0, duration=0.05))
     assert ringing(found.record) == ()
     assert not any("alternates" in warning for warning in found.warnings)
     assert rms(found, "planetary.sun.w") < rms(found, "reducer.wheel.w")
@@ -60,6 +61,6 @@ def test_noise_on_a_hub_of_45_micrograms_makes_it_alternate() -> None:
     """It jumps there at t = 0, by F/m = 1e7 m/s² for each N: 3e-5 of that is left of the start."""
     noise = BandNoise(10.0, 4000.0, 1.0, 1.0, 1)
     force = Excitation("coupling.w", noise)
-    found = run_simulation(paper(), Request(excitations=(force,), duration=0.05, reverse=False))
+    found = run_simulation(paper(), Options(excitations=(force,), duration=0.05, reverse=False))
     assert ringing(found.record) == ("coupling.w",)
     assert any("coupling.w: alternates" in warning for warning in found.warnings)

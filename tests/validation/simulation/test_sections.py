@@ -11,8 +11,10 @@ from mbs_models.model.excitation import Excitation
 from mbs_models.model.model_file import load
 from mbs_models.signals.lines import Signal
 from mbs_models.signals.sines import HalfSine, Sweep, stepped_sine
+from validation.report.frf_panel import FrfPanel
 from validation.simulation import sections as report
-from validation.simulation.results import Request, Simulation
+from validation.simulation.options import Options
+from validation.simulation.result import SimulationResult
 from validation.simulation.run import run_simulation
 
 W = "planetary.sun.w"
@@ -20,30 +22,22 @@ STEPS = (1400.0, 1450.0, 1500.0, 1550.0, 1600.0, 1650.0, 1700.0)
 
 
 @functools.cache
-def ran(signal: Signal, duration: float | None = None) -> Simulation:
-    request = Request(excitations=(Excitation(W, signal),), duration=duration, reverse=False)
-    return run_simulation(load("lin-parker-4"), request)
+def ran(signal: Signal, duration: float | None = None) -> SimulationResult:
+    options = Options(excitations=(Excitation(W, signal),), duration=duration, reverse=False)
+    return run_simulation(load("lin-parker-4"), options)
 
 
-def held(simulation: Simulation, monkeypatch: pytest.MonkeyPatch) -> tuple[dict[str, object], list]:
-    """What the peak-hold figure is given."""
-    given: list = []
-    figure = report.peak_hold_figure
-
-    def keep(*arguments: object, **options: object) -> str:
-        given.append((arguments, options))
-        return figure(*arguments, **options)  # type: ignore[arg-type]
-
-    monkeypatch.setattr(report, "peak_hold_figure", keep)
-    titles = [section.title for section in report.sections(simulation)]
-    assert "Peak-hold of the sweep" in titles
-    ((arguments, options),) = given
-    return options, list(arguments)
+def held(simulation: SimulationResult) -> FrfPanel:
+    """The peak-hold figure's data."""
+    assert "Peak-hold of the sweep" in [section.title for section in report.sections(simulation)]
+    panel = report.swept_panel(simulation)
+    assert panel is not None
+    return panel
 
 
 @pytest.mark.parametrize("down", [False, True])
 def test_a_sweep_holds_its_peaks_where_theory_puts_them(
-    down: bool, monkeypatch: pytest.MonkeyPatch
+    down: bool,
 ) -> None:
     """2.6 kHz/s over the 1537 Hz mode, 0.75 % damped: lower by 2 dB, 20 Hz late.
 
@@ -52,9 +46,12 @@ def test_a_sweep_holds_its_peaks_where_theory_puts_them(
     band of frequencies is 1 %.
     """
     signal = Sweep(400.0, 3000.0, 1.0, 0.01, down=down)
-    options, (_, at, size, frequency, frf, *_) = held(ran(signal), monkeypatch)
-    places, heights = options["predicted"]  # type: ignore[misc]
-    steady = np.abs(frf)
+    panel = held(ran(signal))
+    driving, hold, theory = panel.curves
+    frequency, steady = panel.frequency, np.abs(driving.values)
+    at, size, places, heights = hold.frequency, hold.values, theory.frequency, theory.values
+    assert at is not None
+    assert places is not None
     for number, (first, last) in enumerate(((1450.0, 1700.0), (1900.0, 2100.0))):
         near = (at > first) & (at < last)
         peak = size[near].argmax()
@@ -79,14 +76,16 @@ def test_a_sweep_holds_its_peaks_where_theory_puts_them(
     ids=["fast", "stepped"],
 )
 def test_every_band_of_a_peak_hold_is_passed(
-    signal: Signal, monkeypatch: pytest.MonkeyPatch
+    signal: Signal,
 ) -> None:
-    options, (_, at, size, *_) = held(ran(signal), monkeypatch)
+    _, hold, *theory = held(ran(signal)).curves
+    at = hold.frequency
+    assert at is not None
     assert (np.diff(at) > 0.0).all()
-    assert np.isfinite(size).all()
+    assert np.isfinite(hold.values).all()
     if not isinstance(signal, Sweep):
         assert at == pytest.approx(STEPS)
-        assert options["predicted"] is None
+        assert not theory
 
 
 def test_a_record_shorter_than_a_spectrogram_line_is_reported() -> None:
@@ -98,6 +97,6 @@ def test_a_record_shorter_than_a_spectrogram_line_is_reported() -> None:
 def test_a_long_spectrogram_says_what_it_shows(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(report, "LONGEST_MAP", 20_000)
     simulation = ran(Sweep(400.0, 3000.0, 1.0, 0.01))
-    motion = report.sections(simulation)[-1]
+    *_, motion = report.sections(simulation)
     shown = 20_000 / simulation.record.sampling_frequency
-    assert f"The spectrogram is of the first {shown:.3g} s." in motion.words
+    assert f"The spectrogram is of the first {shown:.3g} s." in motion.paragraphs

@@ -18,7 +18,7 @@ import pytest
 
 from fbs.files.record_files import read_record
 from validation import cli
-from validation.simulation import command
+from validation.report import command
 
 W = "planetary.sun.w"
 MULTISINE = f"multisine@{W}:fmin=50,fmax=2000,df=50"

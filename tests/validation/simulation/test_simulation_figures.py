@@ -12,14 +12,14 @@ from matplotlib.text import Annotation
 from fbs.signal.spectra import amplitude_spectrum, spectrogram
 from mbs_models.gears.gear_lines import MeshTone, gear_lines, measured_lines
 from mbs_models.gears.gear_response import mesh_loads
+from validation.report.frf_panel import frf_figure
 from validation.report.style import spread
 from validation.simulation import frf_figures, order_figures, record_figures
 from validation.simulation.frf_figures import (
-    FrfPair,
     LevelCurve,
-    frf_figure,
+    estimate_panel,
     level_figure,
-    peak_hold_figure,
+    peak_hold_panel,
 )
 from validation.simulation.order_figures import Theory, order_figure
 from validation.simulation.record_figures import (
@@ -79,16 +79,21 @@ def pictures():
         "meshes": mesh_figure("m", TIME, forces, loads),
         "orders": order_figure("o", frequency, values, lines, "N", "ring sensor", theory=theory),
         "no lines": order_figure("n", frequency, values, (), "N", "nothing turns"),
-        "frf": frf_figure("f", FREQUENCY, FrfPair("a ← b", FRF * 1.001, FRF), "m/N"),
-        "equal": frf_figure(
-            "e", FREQUENCY, FrfPair("a ← b", FRF, FRF, np.abs(FRF) > 0.1), "m/N"
+        "frf": frf_figure(estimate(1.001 * FRF, FRF == FRF), "f", "estimate"),
+        "equal": frf_figure(estimate(FRF, np.abs(FRF) > 0.1), "e", "estimate"),
+        "hold": frf_figure(
+            peak_hold_panel(
+                "a ← b", FREQUENCY, FRF, FREQUENCY[9::9], np.abs(FRF)[9::9],
+                (np.array([301.0]), np.array([99.0])),
+            ),
+            "p", "peak-hold",
         ),
-        "hold": peak_hold_figure(
-            "p", FREQUENCY[9::9], np.abs(FRF)[9::9], FREQUENCY, FRF, "m/N", "a ← b",
-            predicted=(np.array([301.0]), np.array([99.0])),
-        ),
-        "levels": level_figure("l", FREQUENCY, FRF, levels, "m/N", "a ← b", 0.1),
+        "levels": level_figure("l", FREQUENCY, FRF, levels, "a ← b", 0.1),
     }  # fmt: skip
+
+
+def estimate(values, compared):
+    return estimate_panel("a ← b", FREQUENCY, values, FRF, compared, (0.1, 1.0))
 
 
 def test_figures_are_wellformed_and_say_what_they_show():

@@ -13,10 +13,11 @@ from mbs_models.model.model_file import dumps
 from mbs_models.model.parameters import Drivetrain
 from tests.gearboxes import ERROR, HARMONIC, pair, planetary
 from tests.validation.command_line import call
+from validation.runtime.progress import silent
 from validation.speed.plan import parse_speeds, plan
-from validation.speed.study import run
+from validation.speed.run import run
+from validation.speed.time_reference import reference_checks, time_reference
 from validation.speed.turning import turning
-from validation.speed.witness import witness, witness_checks
 
 
 def written(drivetrain: Drivetrain, folder: Path) -> str:
@@ -143,9 +144,9 @@ def test_exudyn_in_time_agrees(tmp_path: Path) -> None:
     asked = plan(
         pair(mesh_variation=HARMONIC, mesh_transmission_error=ERROR), speed="7600", harmonics=3
     )
-    found = witness(turning(asked), 7600.0, lambda *_: None)
-    assert found.judged[:, 0].sum() >= 2
-    checks = witness_checks([found])
+    found = time_reference(turning(asked), 7600.0, silent)
+    assert found.comparable[:, 0].sum() >= 2
+    checks = reference_checks([found])
     assert [check.agrees for check in checks] == [True, True, True]
     assert checks[0].value < 2e-3
 
@@ -156,7 +157,7 @@ def test_a_wrong_balance_does_not_agree() -> None:
     right = turning(asked)
     stiffer = pair(mesh_transmission_error=ERROR, mesh_stiffness=2.2e8)
     wrong = type(right)(**{**vars(right), "plan": plan(stiffer, speed="7600", harmonics=3)})
-    checks = witness_checks([witness(wrong, 7600.0, lambda *_: None)])
+    checks = reference_checks([time_reference(wrong, 7600.0, silent)])
     assert [check.agrees for check in checks] == [True, False, False]
     assert "in time" in checks[1].findings[0]
 

@@ -15,7 +15,8 @@ from validation.runtime.executors import process_pool
 from validation.speed.findings import dynamic_factors, ranges
 from validation.speed.lines import line_names
 from validation.speed.plan import plan
-from validation.speed.study import SpeedResult, run
+from validation.speed.result import SpeedResult
+from validation.speed.run import run
 from validation.speed.turning import BEYOND
 
 STATIC = 100.0 / RADIUS
@@ -33,7 +34,7 @@ def test_a_pair_with_a_transmission_error_against_the_closed_form() -> None:
     Bearings 5e4 times as stiff as the mesh give way by 1e-4 of it.
     """
     result = pair_with_error()
-    found = result.found
+    found = result.states
     assert found is not None
     omega = 2.0 * np.pi * TEETH * found.rpm / 60.0
     spring = STIFFNESS * (1.0 + 4e-6j * omega)
@@ -61,7 +62,7 @@ def test_the_resonance_is_named() -> None:
 def test_teeth_part_where_the_least_force_is_below_zero() -> None:
     """1 − swing < 0 where the dynamic factor is above 2: the force swings alike both ways."""
     result = pair_with_error()
-    found = result.found
+    found = result.states
     assert found is not None
     (parting,) = result.partings
     factor = dynamic_factors(result.turning, found)[:, 0]
@@ -77,14 +78,14 @@ def test_mean_forces_carry_the_torque() -> None:
 
 def test_constant_meshes_excite_nothing() -> None:
     result = run(plan(pair(), speed="500:2000:500"))
-    assert result.found is None
+    assert result.states is None
     assert result.agrees
     assert result.turning.static_forces == pytest.approx([STATIC])
 
 
 def test_a_varying_stiffness_without_torque_excites_nothing() -> None:
     result = run(plan(pair(mesh_variation=HARMONIC, torque=None), speed="500:2000:500"))
-    assert result.found is None
+    assert result.states is None
     assert any("no torque" in warning for warning in result.warnings)
 
 
@@ -94,9 +95,9 @@ def test_far_below_resonance_the_mesh_carries_its_static_force() -> None:
     x = F̄/k(1 + κ cos τ), and F = F̄ − μẍ is largest where κ cos τ = −κ: by (ω/ω_n)² κ/(1 − κ)².
     """
     result = run(plan(pair(mesh_variation=HARMONIC), speed="100"))
-    assert result.found is not None
+    assert result.states is not None
     ratio = 2.0 * np.pi * TEETH * 100.0 / 60.0 / NATURAL
-    factor = dynamic_factors(result.turning, result.found)[0, 0]
+    factor = dynamic_factors(result.turning, result.states)[0, 0]
     assert factor - 1.0 == pytest.approx(ratio**2 * 0.1 / 0.9**2, rel=1e-3)
 
 
@@ -111,7 +112,7 @@ def test_planet_phasing_keeps_families_still() -> None:
     Lines of mesh stiffness that varies alike in all planets, but later: Parker (2000).
     """
     result = four_planets()
-    found, parts = result.found, result.turning.parts
+    found, parts = result.states, result.turning.parts
     assert found is not None
     (stage,) = result.turning.plan.drivetrain.stages
     columns = {
@@ -137,7 +138,7 @@ def test_planet_phasing_keeps_families_still() -> None:
 
 def test_planets_share_the_load_and_its_mean() -> None:
     result = four_planets()
-    found = result.found
+    found = result.states
     assert found is not None
     (stage,) = result.turning.plan.drivetrain.stages
     mean = found.mesh[:, 0].real
@@ -174,21 +175,21 @@ def test_narrow_resonances_are_not_stepped_over() -> None:
     """ζ = 0.1 % at 9549 rpm, 10 rpm to either side: 500 rpm apart nobody would see it."""
     drivetrain = pair(beta=1e-7, mesh_transmission_error={"harmonics": [[1e-8, 0.0]]})
     result = run(plan(drivetrain, speed="500:12000:500"))
-    assert result.found is not None
-    assert len(result.found.rpm) > len(result.turning.plan.speeds)
+    assert result.states is not None
+    assert len(result.states.rpm) > len(result.turning.plan.speeds)
     peak = result.peaks[0]
     # F = k E/(2ζ) there
     assert peak.swing == pytest.approx(STIFFNESS * 1e-8 / (1e-7 * NATURAL), rel=0.02)
     single = run(plan(drivetrain, speed="500,1000"))
-    assert single.found is not None
-    assert single.found.rpm.tolist() == [500.0, 1000.0]
+    assert single.states is not None
+    assert single.states.rpm.tolist() == [500.0, 1000.0]
 
 
 def test_processes_give_the_same_bits() -> None:
     asked = plan(pair(mesh_variation=HARMONIC), speed="500:6000:250")
-    here = run(asked).found
+    here = run(asked).states
     with process_pool(2) as workers:
-        there = run(asked, workers).found
+        there = run(asked, workers).states
     assert here is not None
     assert there is not None
     np.testing.assert_array_equal(here.mesh, there.mesh)

@@ -24,29 +24,29 @@ from validation.cli import main
 from validation.errors import CommandError
 from validation.routes.bands import Band
 from validation.runtime.executors import dask_cluster, mpi_pool, opened, versions
-from validation.sweep.output import FIELDS
-from validation.sweep.parameters import Design, design
-from validation.sweep.run import sweep, task
-from validation.sweep.task import Outcome, Task
+from validation.sweep.parameters import Samples, samples_of
+from validation.sweep.pieces import FIELDS
+from validation.sweep.plan import SampleResults, SweepPlan, sweep_plan
+from validation.sweep.run import sweep
 
 PAIR = ("planetary.sun.w", "reducer.pinion.w")
 PATIENCE = 120.0  # seconds; a busy machine starts processes slowly
 
 
-def small(samples: int = 40) -> tuple[Task, Design]:
+def small(samples: int = 40) -> tuple[SweepPlan, Samples]:
     drivetrain = load("paper")
     options = ["planetary.sun_mesh_stiffness=±10%", "planetary.planets=3,4,40"]
-    found = design(drivetrain, options, samples=samples)
-    return task(drivetrain, found, Band(10.0, 1000.0, 10.0), PAIR, 4, "equations"), found
+    found = samples_of(drivetrain, options, samples=samples)
+    return sweep_plan(drivetrain, found, Band(10.0, 1000.0, 10.0), PAIR, 4, "equations"), found
 
 
 @pytest.fixture(scope="module")
-def serial() -> Outcome:
+def serial() -> SampleResults:
     todo, found = small()
-    return sweep(todo, found.samples)
+    return sweep(todo, found.rows)
 
 
-def assert_same(one: Outcome, other: Outcome) -> None:
+def assert_same(one: SampleResults, other: SampleResults) -> None:
     for name in FIELDS:
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
 
@@ -130,7 +130,7 @@ def test_dask_gives_the_same_bits_as_serial(tmp_path, serial):
     with cluster(tmp_path) as dask, dask_cluster(dask.address) as workers:
         assert workers.count == 2
         assert workers.warnings == ()
-        assert_same(serial, sweep(todo, found.samples, workers))
+        assert_same(serial, sweep(todo, found.rows, workers))
 
 
 @pytest.mark.slow
@@ -144,9 +144,9 @@ def test_samples_of_a_dask_worker_that_is_killed_are_redone(tmp_path, serial):
             if done == 10:
                 dask.workers[0].send_signal(signal.SIGKILL)
 
-        outcome = sweep(todo, found.samples, workers, progress=kill_one)
+        outcome = sweep(todo, found.rows, workers, progress=kill_one)
         assert dask.workers[0].wait(PATIENCE) == -signal.SIGKILL
-    assert told[-1] == len(found.samples)
+    assert told[-1] == len(found.rows)
     assert_same(serial, outcome)
 
 
@@ -287,7 +287,7 @@ def test_an_mpi_pool_gives_the_same_bits(monkeypatch, serial):
     todo, found = small()
     with mpi_pool(None) as workers:
         assert workers.count == 2
-        assert_same(serial, sweep(todo, found.samples, workers))
+        assert_same(serial, sweep(todo, found.rows, workers))
 
 
 def test_mpi_without_ranks_is_told_of(monkeypatch):

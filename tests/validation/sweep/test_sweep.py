@@ -23,12 +23,11 @@ from validation.routes.bands import Band
 from validation.routes.routes import EQUATIONS, exudyn_source
 from validation.runtime.executors import Workers, process_pool
 from validation.sweep import sample as sweep_sample
-from validation.sweep.output import FIELDS
-from validation.sweep.parameters import Design, Values, changed, design, model_data, steps_to
-from validation.sweep.pieces import Pieces
-from validation.sweep.run import sweep, task
+from validation.sweep.parameters import Samples, Values, changed, model_data, samples_of, steps_to
+from validation.sweep.pieces import FIELDS, Pieces
+from validation.sweep.plan import SampleResults, SweepPlan, base_values, reference, sweep_plan
+from validation.sweep.run import sweep
 from validation.sweep.sample import Bench, evaluate, part_key, spring_deflection
-from validation.sweep.task import Outcome, Task, base_values, reference
 
 UNFIT = (
     "{} of the pieces kept of an interrupted sweep are damaged, or another version's: they are "
@@ -53,7 +52,7 @@ def with_value(drivetrain: Drivetrain, path: str, value: float) -> Drivetrain:
     return changed(data, {steps_to(data, path): value})
 
 
-def assert_same(one: Outcome, other: Outcome) -> None:
+def assert_same(one: SampleResults, other: SampleResults) -> None:
     for name in FIELDS:
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
 
@@ -65,7 +64,7 @@ def errors_against_the_rebuilt_whole(drivetrain, found, outcome, source, paths):
     """Scaled error of |H| per line and sample: |Δ| / √(h_response h_excitation)."""
     frequency = BAND.frequency()
     worst = []
-    for values, magnitude in zip(found.samples, outcome.magnitude, strict=True):
+    for values, magnitude in zip(found.rows, outcome.magnitude, strict=True):
         data = model_data(drivetrain)
         places = [steps_to(data, path) for path in paths]
         system = source.whole(changed(data, dict(zip(places, values, strict=True))))
@@ -88,16 +87,16 @@ def errors_against_the_rebuilt_whole(drivetrain, found, outcome, source, paths):
 )
 def test_equals_the_rebuilt_whole(paper, options, is_damped):
     drivetrain = damped(paper) if is_damped else paper
-    found = design(drivetrain, options)
-    outcome = sweep(task(drivetrain, found, BAND, PAIR, 0, "equations"), found.samples)
+    found = samples_of(drivetrain, options)
+    outcome = sweep(sweep_plan(drivetrain, found, BAND, PAIR, 0, "equations"), found.rows)
     assert set(outcome.status) == {"ok"}
     worst = errors_against_the_rebuilt_whole(drivetrain, found, outcome, EQUATIONS, found.paths)
     assert max(worst) < 1e-8
 
 
 def test_exudyn_equals_the_rebuilt_whole(paper):
-    found = design(paper, [f"{SPRING}=1e5:1e7:3log", "planetary.planets=3,4"])
-    outcome = sweep(task(paper, found, BAND, PAIR, 12), found.samples)
+    found = samples_of(paper, [f"{SPRING}=1e5:1e7:3log", "planetary.planets=3,4"])
+    outcome = sweep(sweep_plan(paper, found, BAND, PAIR, 12), found.rows)
     source = exudyn_source()
     worst = errors_against_the_rebuilt_whole(paper, found, outcome, source, found.paths)
     assert max(worst) < 1e-8
@@ -107,8 +106,8 @@ def test_exudyn_equals_the_rebuilt_whole(paper):
     assert list(outcome.kind[3]) == [str(mode.kind) for mode in modes]
 
 
-def changed_to(drivetrain: Drivetrain, found: Design, sample: int) -> Drivetrain:
-    for path, value in zip(found.paths, found.samples[sample], strict=True):
+def changed_to(drivetrain: Drivetrain, found: Samples, sample: int) -> Drivetrain:
+    for path, value in zip(found.paths, found.rows[sample], strict=True):
         drivetrain = with_value(drivetrain, path, value)
     return drivetrain
 
@@ -123,8 +122,8 @@ def test_the_interface_solve_is_a_joint_of_what_the_spring_is_stiffer_by(paper):
     assert ratio == pytest.approx(0.06 / 0.0387)
     joint = Joint(("all", "coupling.w"), ("all", "planetary.sun.w"), 4e6, ratio=ratio)
     coupled = couple({"all": whole}, [joint]).frf.between(*PAIR)
-    found = Design((SPRING,), ((2e5,), (5e6,)), sampled=False)  # k₀ = √(2e5 · 5e6) = 1e6
-    outcome = sweep(task(wide, found, BAND, PAIR, 0, "equations"), found.samples)
+    found = Samples((SPRING,), ((2e5,), (5e6,)), sampled=False)  # k₀ = √(2e5 · 5e6) = 1e6
+    outcome = sweep(sweep_plan(wide, found, BAND, PAIR, 0, "equations"), found.rows)
     np.testing.assert_allclose(outcome.magnitude[1], np.abs(coupled), rtol=1e-6)
 
 
@@ -136,15 +135,15 @@ def test_the_reference_is_near_whatever_the_stiffness():
 
 
 def test_zero_hertz_where_a_part_is_free(paper):
-    found = design(paper, [f"{SPRING}=1e5,1e6"])
+    found = samples_of(paper, [f"{SPRING}=1e5,1e6"])
     band = Band(0.0, 100.0, 50.0)
-    outcome = sweep(task(paper, found, band, PAIR, 0, "equations"), found.samples)
+    outcome = sweep(sweep_plan(paper, found, band, PAIR, 0, "equations"), found.rows)
     assert all("0 Hz" in status or "singular" in status for status in outcome.status)
 
 
 def test_natural_frequencies_of_damped_systems(paper):
-    found = design(damped(paper), [f"{SPRING}=1e5,1e7"])
-    outcome = sweep(task(damped(paper), found, BAND, None, 8, "equations"), found.samples)
+    found = samples_of(damped(paper), [f"{SPRING}=1e5,1e7"])
+    outcome = sweep(sweep_plan(damped(paper), found, BAND, None, 8, "equations"), found.rows)
     assert outcome.magnitude.shape == (2, 0)
     expected = drivetrain_modes(with_value(damped(paper), SPRING, 1e7)).modes[:8]
     np.testing.assert_allclose(
@@ -166,11 +165,11 @@ def test_parts_are_computed_only_if_something_in_them_changes(paper, monkeypatch
         ),
     )
     options = [f"{SPRING}=1e5:1e7:4log", "planetary.ring.mass=2,3", "planetary.planets=3,4"]
-    found = design(paper, options)
-    todo = task(paper, found, BAND, PAIR, 0, "equations")
+    found = samples_of(paper, options)
+    todo = sweep_plan(paper, found, BAND, PAIR, 0, "equations")
     bench = Bench(todo)
     room = np.empty((1, todo.n_lines))
-    for values in sorted(found.samples, key=lambda v: base_values(todo, v)):
+    for values in sorted(found.rows, key=lambda v: base_values(todo, v)):
         bench.magnitude(bench.base(values), bench.stiffer([values]), room)
     assert sorted(solved) == ["planetary"] * 4 + ["reducer"]
 
@@ -192,15 +191,15 @@ def test_part_key(paper):
 # Whoever computes, and in whatever order
 
 
-def small(drivetrain: Drivetrain) -> tuple[Task, Design]:
-    found = design(drivetrain, [f"{SPRING}=1e5:1e7:8log", "planetary.planets=3,4,40"])
-    return task(drivetrain, found, Band(10.0, 2000.0, 10.0), PAIR, 4, "equations"), found
+def small(drivetrain: Drivetrain) -> tuple[SweepPlan, Samples]:
+    found = samples_of(drivetrain, [f"{SPRING}=1e5:1e7:8log", "planetary.planets=3,4,40"])
+    return sweep_plan(drivetrain, found, Band(10.0, 2000.0, 10.0), PAIR, 4, "equations"), found
 
 
 @pytest.fixture(scope="module")
-def serial(paper) -> Outcome:
+def serial(paper) -> SampleResults:
     todo, found = small(paper)
-    return sweep(todo, found.samples)
+    return sweep(todo, found.rows)
 
 
 def test_a_failing_sample_is_told_and_the_others_go_on(serial):
@@ -215,19 +214,19 @@ def test_processes_give_the_same_bits(paper, serial):
     todo, found = small(paper)
     with process_pool(2) as workers:
         assert workers.count == 2
-        assert_same(serial, sweep(todo, found.samples, workers))
+        assert_same(serial, sweep(todo, found.rows, workers))
 
 
 def test_threads_give_the_same_bits(paper, serial):
     todo, found = small(paper)
     with ThreadPoolExecutor(4) as executor:
-        assert_same(serial, sweep(todo, found.samples, Workers(executor)))
+        assert_same(serial, sweep(todo, found.rows, Workers(executor)))
 
 
 def test_order_does_not_matter(paper, serial):
     todo, found = small(paper)
-    order = np.random.default_rng(0).permutation(len(found.samples))
-    outcome = sweep(todo, [found.samples[i] for i in order])
+    order = np.random.default_rng(0).permutation(len(found.rows))
+    outcome = sweep(todo, [found.rows[i] for i in order])
     for name in FIELDS:
         np.testing.assert_array_equal(getattr(outcome, name), getattr(serial, name)[order])
 
@@ -251,8 +250,8 @@ class Crashing(Executor):
 
 
 def test_a_value_that_is_not_allowed_is_told_as_in_a_model_file(paper):
-    found = design(paper, [f"{SPRING}=-1,1e5"])
-    outcome = sweep(task(paper, found, BAND, PAIR, 0, "equations"), found.samples)
+    found = samples_of(paper, [f"{SPRING}=-1,1e5"])
+    outcome = sweep(sweep_plan(paper, found, BAND, PAIR, 0, "equations"), found.rows)
     assert outcome.status[0] == (
         "coupling[0] 'coupling': second_stiffness = -1.0: must be a number, at least 0 (N/m) or "
         '"rigid"'
@@ -262,7 +261,7 @@ def test_a_value_that_is_not_allowed_is_told_as_in_a_model_file(paper):
 
 def test_samples_of_a_dead_worker_are_redone(paper, serial):
     todo, found = small(paper)
-    assert_same(serial, sweep(todo, found.samples, Workers(Crashing())))
+    assert_same(serial, sweep(todo, found.rows, Workers(Crashing())))
 
 
 @pytest.mark.slow
@@ -290,7 +289,7 @@ def test_ctrl_c_of_a_terminal_is_for_the_parent_alone():
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
 
 
-def deadly(task: Task, samples: Sequence[Values]) -> Outcome:
+def deadly(task: SweepPlan, samples: Sequence[Values]) -> SampleResults:
     """As `evaluate`, but the process dies of the eighth stiffness (counted from 0: 7)."""
     if any(values[0] > 9e6 and values[1] == 4 for values in samples):
         os._exit(1)
@@ -303,13 +302,13 @@ def test_a_sample_that_kills_its_process_fails_and_the_others_go_on(paper, seria
     todo, found = small(paper)
     told: list[str] = []
     with process_pool(2) as workers:
-        outcome = sweep(todo, found.samples, workers, warn=told.append)
+        outcome = sweep(todo, found.rows, workers, warn=told.append)
     assert len(told) == 1
     assert "lost with their workers and are computed again: BrokenProcessPool" in told[0]
-    killer = found.samples.index((pytest.approx(1e7), 4))
+    killer = found.rows.index((pytest.approx(1e7), 4))
     assert outcome.status[killer] == "the process that computed it died"
     assert np.isnan(outcome.magnitude[killer]).all()
-    others = np.arange(len(found.samples)) != killer
+    others = np.arange(len(found.rows)) != killer
     for name in FIELDS:
         np.testing.assert_array_equal(getattr(outcome, name)[others], getattr(serial, name)[others])
 
@@ -318,13 +317,14 @@ UNGUARDED = """
 from mbs_models.model.model_file import load
 from validation.routes.bands import Band
 from validation.runtime.executors import process_pool
-from validation.sweep.parameters import design
-from validation.sweep.run import sweep, task
+from validation.sweep.parameters import samples_of
+from validation.sweep.plan import sweep_plan
+from validation.sweep.run import sweep
 
-found = design(load("paper"), ["coupling.second_stiffness=1e5:1e7:20log"])
-todo = task(load("paper"), found, Band(), None, 1, "equations")
+found = samples_of(load("paper"), ["coupling.second_stiffness=1e5:1e7:20log"])
+todo = sweep_plan(load("paper"), found, Band(), None, 1, "equations")
 with process_pool(2) as workers:
-    sweep(todo, found.samples, workers)
+    sweep(todo, found.rows, workers)
 """
 
 
@@ -348,10 +348,10 @@ def test_what_is_wrong_with_the_program_is_not_taken_for_a_lost_worker(paper, mo
     monkeypatch.setattr("validation.sweep.run.evaluate", faulty)
     todo, found = small(paper)
     with ThreadPoolExecutor(1) as executor, pytest.raises(ZeroDivisionError):
-        sweep(todo, found.samples, Workers(executor))
+        sweep(todo, found.rows, Workers(executor))
 
 
-def faulty(task: Task, samples: Sequence[Values]) -> Outcome:
+def faulty(task: SweepPlan, samples: Sequence[Values]) -> SampleResults:
     raise ZeroDivisionError
 
 
@@ -367,7 +367,7 @@ def test_an_executor_that_is_gone_is_given_up(paper, serial, monkeypatch):
     todo, found = small(paper)
     told: list[str] = []
     workers = Workers(Silent(), gone=lambda: "tcp://x does not answer any more")
-    assert_same(serial, sweep(todo, found.samples, workers, warn=told.append))
+    assert_same(serial, sweep(todo, found.rows, workers, warn=told.append))
     assert told == [
         "24 samples were lost with their workers and are computed again: "
         "tcp://x does not answer any more"
@@ -376,7 +376,7 @@ def test_an_executor_that_is_gone_is_given_up(paper, serial, monkeypatch):
 
 def test_a_streamed_sweep_is_the_same_and_goes_on(paper, serial, tmp_path):
     todo, found = small(paper)
-    pieces = Pieces(todo, found.samples, tmp_path, streamed=True)
+    pieces = Pieces(todo, found.rows, tmp_path, streamed=True)
     shape = serial.magnitude.shape
 
     def interrupt(_: str, done: int, __: int) -> None:
@@ -386,7 +386,7 @@ def test_a_streamed_sweep_is_the_same_and_goes_on(paper, serial, tmp_path):
     with pytest.raises(KeyboardInterrupt):
         sweep(
             todo,
-            found.samples,
+            found.rows,
             store=pieces,
             progress=interrupt,
             magnitude=pieces.magnitude(shape),
@@ -394,12 +394,12 @@ def test_a_streamed_sweep_is_the_same_and_goes_on(paper, serial, tmp_path):
     kept = sorted(path.name for path in pieces.directory.iterdir())
     assert kept == ["0.piece", "10.piece", "magnitude.npy"]
     assert (pieces.directory / "0.piece").stat().st_size < serial.magnitude[:10].nbytes / 2
-    outcome = sweep(todo, found.samples, store=pieces, magnitude=pieces.magnitude(shape))
+    outcome = sweep(todo, found.rows, store=pieces, magnitude=pieces.magnitude(shape))
     assert_same(serial, outcome)
     np.testing.assert_array_equal(np.load(pieces.magnitude_file), serial.magnitude)
     pieces.magnitude_file.unlink()  # then what was kept beside it is worth nothing
     again, told = pieces.magnitude(shape), []
-    assert_same(serial, sweep(todo, found.samples, store=pieces, magnitude=again, warn=told.append))
+    assert_same(serial, sweep(todo, found.rows, store=pieces, magnitude=again, warn=told.append))
     assert told == [UNFIT.format(3)]
 
 
@@ -410,23 +410,21 @@ def test_an_interrupted_sweep_goes_on(paper, serial, tmp_path, monkeypatch):
         "validation.sweep.run.evaluate",
         lambda task, samples: computed.append(len(samples)) or evaluate(task, samples),
     )
-    pieces = Pieces(todo, found.samples, tmp_path)
+    pieces = Pieces(todo, found.rows, tmp_path)
 
     def interrupt(_: str, done: int, __: int) -> None:
         if done >= 10:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        sweep(todo, found.samples, store=pieces, progress=interrupt)
+        sweep(todo, found.rows, store=pieces, progress=interrupt)
     assert len(list(pieces.directory.iterdir())) == 1
     told: list[int] = []
-    outcome = sweep(
-        todo, found.samples, store=pieces, progress=lambda _, done, __: told.append(done)
-    )
+    outcome = sweep(todo, found.rows, store=pieces, progress=lambda _, done, __: told.append(done))
     assert told == [0, 10, 20, 24]
     assert computed == [10, 10, 4]
     assert_same(serial, outcome)
-    other = Pieces(todo, found.samples[1:], tmp_path)
+    other = Pieces(todo, found.rows[1:], tmp_path)
     assert other.load("0", range(10)) is None
     assert not other.unfit
     (pieces.directory / "photo.npz").write_bytes(b"mine")
@@ -471,37 +469,37 @@ def linked(pieces: Pieces) -> None:
 @pytest.mark.parametrize("damage", [swapped, cut, flipped, flipped_row, linked])
 def test_kept_pieces_that_do_not_fit_are_computed_again(paper, serial, tmp_path, damage):
     todo, found = small(paper)
-    pieces = Pieces(todo, found.samples, tmp_path, streamed=True)
+    pieces = Pieces(todo, found.rows, tmp_path, streamed=True)
     room = pieces.magnitude(serial.magnitude.shape)
-    sweep(todo, found.samples, store=pieces, magnitude=room)
+    sweep(todo, found.rows, store=pieces, magnitude=room)
     (pieces.directory / "20.piece").unlink()
     damage(pieces)
     told: list[str] = []
-    pieces = Pieces(todo, found.samples, tmp_path, streamed=True)
+    pieces = Pieces(todo, found.rows, tmp_path, streamed=True)
     room = pieces.magnitude(serial.magnitude.shape)
-    outcome = sweep(todo, found.samples, store=pieces, magnitude=room, warn=told.append)
+    outcome = sweep(todo, found.rows, store=pieces, magnitude=room, warn=told.append)
     assert told == [UNFIT.format(2)]
     assert_same(serial, outcome)
 
 
 def test_pieces_of_other_code_or_libraries_are_computed_again(paper, serial, tmp_path, monkeypatch):
     todo, found = small(paper)
-    sweep(todo, found.samples, store=Pieces(todo, found.samples, tmp_path))
+    sweep(todo, found.rows, store=Pieces(todo, found.rows, tmp_path))
     for name, other in (("code_digest", lambda *_: "other"), ("versions", lambda: ("3.0",))):
         told: list[str] = []
         with monkeypatch.context() as patched:
             patched.setattr(f"validation.runtime.kept.{name}", other)
-            pieces = Pieces(todo, found.samples, tmp_path)
-            outcome = sweep(todo, found.samples, store=pieces, warn=told.append)
+            pieces = Pieces(todo, found.rows, tmp_path)
+            outcome = sweep(todo, found.rows, store=pieces, warn=told.append)
         assert told == [UNFIT.format(3)]
         assert_same(serial, outcome)
 
 
 def test_results_too_large_are_refused(paper):
-    found = Design((SPRING,), ((1e5,),) * 100_000, sampled=False)
+    found = Samples((SPRING,), ((1e5,),) * 100_000, sampled=False)
     with pytest.raises(
         CommandError, match=r"12\.0 GB, more than 2 GB; give a larger --df.*--stream"
     ):
-        task(paper, found, Band(), PAIR)
-    todo = task(paper, found, Band(), PAIR, streamed=True)
+        sweep_plan(paper, found, Band(), PAIR)
+    todo = sweep_plan(paper, found, Band(), PAIR, streamed=True)
     assert todo.n_lines == 15000

@@ -15,10 +15,11 @@ from validation.cli import main
 from validation.errors import CommandError
 from validation.routes.bands import Band
 from validation.sweep.figures import percentiles
-from validation.sweep.output import Sweep
-from validation.sweep.parameters import design
+from validation.sweep.parameters import samples_of
 from validation.sweep.pieces import Pieces
-from validation.sweep.run import sweep, task
+from validation.sweep.plan import sweep_plan
+from validation.sweep.result import SweepResult
+from validation.sweep.run import sweep
 from validation.sweep.sensitivity import log_slope, sensitivities, spearman
 
 PAIR = ("planetary.sun.w", "reducer.pinion.w")
@@ -48,9 +49,11 @@ def test_rank_correlation():
 
 
 def test_the_ranking_finds_what_matters(paper):
-    found = design(paper, ["planetary.carrier.mass=±5%", "reducer.mesh_stiffness=±5%"], samples=20)
-    todo = task(paper, found, BAND, None, 30, "equations")
-    result = Sweep("x", todo, found, sweep(todo, found.samples))
+    found = samples_of(
+        paper, ["planetary.carrier.mass=±5%", "reducer.mesh_stiffness=±5%"], samples=20
+    )
+    todo = sweep_plan(paper, found, BAND, None, 30, "equations")
+    result = SweepResult(paper, todo, found, sweep(todo, found.rows))
     by = {(s.metric, s.parameter): s.value for s in sensitivities(result)}
     mesh = [value for (_, parameter), value in by.items() if parameter == "reducer.mesh_stiffness"]
     assert max(mesh) == pytest.approx(1.0)
@@ -84,7 +87,7 @@ def test_the_command_writes_table_and_pictures(tmp_path, capsys):
     assert "7 of 7 samples computed" in capsys.readouterr().out
     names = {path.name for path in tmp_path.iterdir()}
     figures = {"frf_map.svg", "frequencies.svg", "metrics.svg", "sensitivity.svg"}
-    assert names == {"sweep.csv", "sweep.npz", "sweep.html", *figures}
+    assert names == {"sweep.csv", "sweep.npz", "sweep.html", "sweep.json", *figures}
     with (tmp_path / "sweep.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 7
@@ -134,9 +137,9 @@ def test_a_stream_that_does_not_fit_the_disk_is_refused(paper, tmp_path, monkeyp
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("os.posix_fallocate", full, raising=False)
-    found = design(paper, [f"{SPRING}=1e5,1e6"])
-    todo = task(paper, found, BAND, PAIR)
-    pieces = Pieces(todo, found.samples, tmp_path, streamed=True)
+    found = samples_of(paper, [f"{SPRING}=1e5,1e6"])
+    todo = sweep_plan(paper, found, BAND, PAIR)
+    pieces = Pieces(todo, found.rows, tmp_path, streamed=True)
     with pytest.raises(
         CommandError, match=r"--stream: 0\.1 GB in .*: No space left on device; give"
     ):

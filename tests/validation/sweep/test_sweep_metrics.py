@@ -19,9 +19,10 @@ from validation.routes.bands import Band
 from validation.routes.routes import EQUATIONS
 from validation.sweep.figures import pictures
 from validation.sweep.metrics import Findings, columns, metrics
-from validation.sweep.output import Sweep
-from validation.sweep.parameters import changed, design, model_data, steps_to
-from validation.sweep.run import sweep, task
+from validation.sweep.parameters import changed, model_data, samples_of, steps_to
+from validation.sweep.plan import sweep_plan
+from validation.sweep.result import SweepResult
+from validation.sweep.run import sweep
 from validation.sweep.sensitivity import sensitivities
 
 PAIR = ("planetary.sun.w", "reducer.pinion.w")
@@ -120,10 +121,10 @@ def test_metrics_that_do_not_fit():
 
 def test_against_rebuilt_systems(paper):
     """Columns of a sweep against direct solves and exudyn's modes of each sample."""
-    variation = design(paper, [f"{SPRING}=1e5,2e6", "planetary.planets=3,4"])
+    variation = samples_of(paper, [f"{SPRING}=1e5,2e6", "planetary.planets=3,4"])
     asked = ["level:70", "drop:70", "frequency:translational:1", "frequency:12"]
-    todo = task(paper, variation, Band(10.0, 100.0, 10.0), PAIR, 0, "exudyn", asked)
-    outcome = sweep(todo, variation.samples)
+    todo = sweep_plan(paper, variation, Band(10.0, 100.0, 10.0), PAIR, 0, "exudyn", asked)
+    outcome = sweep(todo, variation.rows)
     assert outcome.frequency_hz.shape == (4, 0)
     data = model_data(paper)
     places = [steps_to(data, path) for path in variation.paths]
@@ -132,7 +133,7 @@ def test_against_rebuilt_systems(paper):
         frf = direct_frf(EQUATIONS.whole(drivetrain), [70.0], [PAIR[0]], [PAIR[1]])
         return 20.0 * math.log10(abs(frf.values[0, 0, 0]))
 
-    for values, row in zip(variation.samples, outcome.metrics, strict=True):
+    for values, row in zip(variation.rows, outcome.metrics, strict=True):
         sample = changed(data, dict(zip(places, values, strict=True)))
         modes = drivetrain_modes(sample).modes
         kinds = [str(mode.kind) for mode in modes]
@@ -144,10 +145,12 @@ def test_against_rebuilt_systems(paper):
 
 
 def test_they_are_ranked_and_drawn(paper):
-    variation = design(paper, ["reducer.mesh_stiffness=~5%", "planetary.sun.mass=±5%"], samples=12)
+    variation = samples_of(
+        paper, ["reducer.mesh_stiffness=~5%", "planetary.sun.mass=±5%"], samples=12
+    )
     asked = ["frequency:30", "level:50", "frequency:planet:7"]
-    todo = task(paper, variation, Band(10.0, 100.0, 10.0), PAIR, 2, "equations", asked)
-    result = Sweep("x", todo, variation, sweep(todo, variation.samples))
+    todo = sweep_plan(paper, variation, Band(10.0, 100.0, 10.0), PAIR, 2, "equations", asked)
+    result = SweepResult(paper, todo, variation, sweep(todo, variation.rows))
     ranked = {s.metric for s in sensitivities(result)}
     assert {"frequency_30_hz", "level_50_db"} <= ranked
     assert "frequency_planet_7_hz" not in ranked  # no sample has one
@@ -156,9 +159,11 @@ def test_they_are_ranked_and_drawn(paper):
 
 def test_a_level_is_ranked_by_the_amplitude_it_stands_for(paper):
     """Far above resonance of the spring H is proportional to its stiffness: slope 1."""
-    variation = design(paper, [f"{SPRING}=1e3,1e4"])
-    todo = task(paper, variation, Band(1000.0, 1100.0, 10.0), PAIR, 0, "equations", ["level:1000"])
-    result = Sweep("x", todo, variation, sweep(todo, variation.samples))
+    variation = samples_of(paper, [f"{SPRING}=1e3,1e4"])
+    todo = sweep_plan(
+        paper, variation, Band(1000.0, 1100.0, 10.0), PAIR, 0, "equations", ["level:1000"]
+    )
+    result = SweepResult(paper, todo, variation, sweep(todo, variation.rows))
     (slope,) = sensitivities(result)
     # what is left out is the spring against the sun's inertia, 1e4 / (0.39 (2π 1000)²) = 6e-4
     assert slope.value == pytest.approx(1.0, abs=1e-3)
@@ -182,6 +187,7 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
             np.testing.assert_array_equal([float(row[name]) for row in rows], data[name])
         level = 20 * np.log10(data["magnitude"][:, 6])
         np.testing.assert_allclose(data["level_70_db"], level, rtol=1e-14)
-    assert f"level_70_db: {level.min():.6g} at {SPRING} = " in said
+    (row,) = (line for line in said.splitlines() if "level_70_db" in line)
+    assert f"{level.min():.6g} │ {SPRING} =" in row
     assert [row["frequency_2_hz"] for row in rows] == [row["f2_hz"] for row in rows]
     assert {row["frequency_planet_5_hz"] for row in rows} == {""}

@@ -11,8 +11,9 @@ from mbs_models.model.model_file import load
 from mbs_models.model.parameters import Drivetrain
 from validation.errors import CommandError
 from validation.routes.bands import Band
-from validation.sweep.parameters import changed, design, model_data, steps_to
-from validation.sweep.run import sweep, task
+from validation.sweep.parameters import changed, model_data, samples_of, steps_to
+from validation.sweep.plan import sweep_plan
+from validation.sweep.run import sweep
 
 SPRING = "coupling.second_stiffness"
 BAND = Band(5.0, 3000.0, 5.0)
@@ -32,29 +33,29 @@ def paper() -> Drivetrain:
     ],
 )
 def test_values(paper, spec, expected):
-    found = design(paper, [f"{SPRING}={spec}"])
-    np.testing.assert_allclose([s[0] for s in found.samples], expected, rtol=1e-14)
+    found = samples_of(paper, [f"{SPRING}={spec}"])
+    np.testing.assert_allclose([s[0] for s in found.rows], expected, rtol=1e-14)
     assert not found.sampled
 
 
 def test_whole_numbers_stay_whole(paper):
-    found = design(paper, ["planetary.planets=3:5:3"])
-    assert [type(value) for (value,) in found.samples] == [int, int, int]
+    found = samples_of(paper, ["planetary.planets=3:5:3"])
+    assert [type(value) for (value,) in found.rows] == [int, int, int]
 
 
 def test_several_parameters_are_a_grid(paper):
-    found = design(paper, ["planetary.planets=3,4", f"{SPRING}=1,2,3"])
-    assert found.samples == ((3, 1.0), (3, 2.0), (3, 3.0), (4, 1.0), (4, 2.0), (4, 3.0))
+    found = samples_of(paper, ["planetary.planets=3,4", f"{SPRING}=1,2,3"])
+    assert found.rows == ((3, 1.0), (3, 2.0), (3, 3.0), (4, 1.0), (4, 2.0), (4, 3.0))
 
 
 @pytest.mark.parametrize("sign", ["±", "+-"])
 def test_tolerances_are_a_latin_hypercube(paper, sign):
     options = [f"planetary.sun_mesh_stiffness=5e8{sign}10%", f"reducer.pinion.mass={sign}5%"]
-    found = design(paper, options, samples=50, seed=3)
+    found = samples_of(paper, options, samples=50, seed=3)
     assert found.sampled
-    assert found == design(paper, options, samples=50, seed=3)
-    assert found != design(paper, options, samples=50, seed=4)
-    values = np.array(found.samples)
+    assert found == samples_of(paper, options, samples=50, seed=3)
+    assert found != samples_of(paper, options, samples=50, seed=4)
+    values = np.array(found.rows)
     for column, centre, half in ((0, 5e8, 5e7), (1, 2.0, 0.1)):
         strata = np.floor((values[:, column] - centre + half) / (2 * half) * 50)
         np.testing.assert_array_equal(np.sort(strata), np.arange(50))
@@ -62,7 +63,7 @@ def test_tolerances_are_a_latin_hypercube(paper, sign):
 
 def test_tolerances_beside_a_grid_are_drawn_alike_at_each_point(paper):
     options = ["reducer.pinion.mass=±5%", "planetary.planets=3,4"]
-    found = np.array(design(paper, options, samples=7).samples)
+    found = np.array(samples_of(paper, options, samples=7).rows)
     assert found.shape == (14, 2)
     np.testing.assert_array_equal(found[:7, 0], found[7:, 0])
     np.testing.assert_array_equal(found[:, 1], np.repeat([3, 4], 7))
@@ -71,9 +72,9 @@ def test_tolerances_beside_a_grid_are_drawn_alike_at_each_point(paper):
 @pytest.mark.parametrize("sampling", ["lhs", "random"])
 def test_tolerances_are_distributed_as_asked(paper, sampling):
     options = ["reducer.pinion.mass=4~5%", "planetary.sun.mass=0.4±10%"]
-    found = design(paper, options, samples=4000, seed=1, sampling=sampling)
-    assert found == design(paper, options, samples=4000, seed=1, sampling=sampling)
-    normal, uniform = np.array(found.samples).T
+    found = samples_of(paper, options, samples=4000, seed=1, sampling=sampling)
+    assert found == samples_of(paper, options, samples=4000, seed=1, sampling=sampling)
+    normal, uniform = np.array(found.rows).T
     # five standard errors of the mean and of the deviation; a hypercube is far within
     assert normal.mean() == pytest.approx(4.0, abs=5 * 0.2 / 4000**0.5)
     assert normal.std() == pytest.approx(0.2, rel=5 / 8000**0.5)
@@ -84,16 +85,16 @@ def test_tolerances_are_distributed_as_asked(paper, sampling):
 
 def test_random_samples_are_no_hypercube(paper):
     options = ["planetary.sun_mesh_stiffness=5e8±10%"]
-    found = design(paper, options, samples=50, sampling="random")
-    strata = np.floor((np.array(found.samples)[:, 0] - 4.5e8) / 1e8 * 50)
+    found = samples_of(paper, options, samples=50, sampling="random")
+    strata = np.floor((np.array(found.rows)[:, 0] - 4.5e8) / 1e8 * 50)
     assert len(set(strata)) < 50
 
 
 def test_a_normal_sample_that_cannot_be_is_reported(paper):
     """A mass of 2 kg ± 100 % (one standard deviation) is negative in 16 % of all samples."""
-    found = design(paper, ["reducer.pinion.mass=2~100%"], samples=100)
-    outcome = sweep(task(paper, found, BAND, None, 1, "equations"), found.samples)
-    negative = np.array(found.samples)[:, 0] <= 0.0
+    found = samples_of(paper, ["reducer.pinion.mass=2~100%"], samples=100)
+    outcome = sweep(sweep_plan(paper, found, BAND, None, 1, "equations"), found.rows)
+    negative = np.array(found.rows)[:, 0] <= 0.0
     assert negative.sum() == 16
     np.testing.assert_array_equal(outcome.ok, ~negative)
     assert all("pinion.mass" in status for status in outcome.status[negative])
@@ -125,22 +126,22 @@ def test_a_normal_sample_that_cannot_be_is_reported(paper):
 )
 def test_wrong_options_say_what_is_right(paper, option, said):
     with pytest.raises(CommandError, match=said):
-        design(paper, [option])
+        samples_of(paper, [option])
 
 
 def test_options_that_do_not_fit_together(paper):
     with pytest.raises(CommandError, match="--vary is missing"):
-        design(paper, [])
+        samples_of(paper, [])
     with pytest.raises(CommandError, match="given 2 times"):
-        design(paper, [f"{SPRING}=1,2", f"{SPRING}=3"])
+        samples_of(paper, [f"{SPRING}=1,2", f"{SPRING}=3"])
     with pytest.raises(CommandError, match="--samples = 5: needs"):
-        design(paper, [f"{SPRING}=1,2"], samples=5)
+        samples_of(paper, [f"{SPRING}=1,2"], samples=5)
     with pytest.raises(CommandError, match="--samples = 0"):
-        design(paper, [f"{SPRING}=±5%"], samples=0)
+        samples_of(paper, [f"{SPRING}=±5%"], samples=0)
     with pytest.raises(CommandError, match="--sampling = random: needs"):
-        design(paper, [f"{SPRING}=1,2"], sampling="random")
+        samples_of(paper, [f"{SPRING}=1,2"], sampling="random")
     with pytest.raises(CommandError, match="--sampling = 'sobol': must be lhs or random"):
-        design(paper, [f"{SPRING}=±5%"], sampling="sobol")
+        samples_of(paper, [f"{SPRING}=±5%"], sampling="sobol")
 
 
 def test_a_key_left_to_its_default_can_be_varied(paper):

@@ -19,9 +19,10 @@ from validation.sweep.axes import families, main_parameter
 from validation.sweep.figures import pictures
 from validation.sweep.grid_figures import CURVES, LABELLED, PANELS, draw_frfs, draw_metrics
 from validation.sweep.metrics import decibels
-from validation.sweep.output import Sweep
-from validation.sweep.parameters import design
-from validation.sweep.run import sweep, task
+from validation.sweep.parameters import samples_of
+from validation.sweep.plan import sweep_plan
+from validation.sweep.result import SweepResult
+from validation.sweep.run import sweep
 
 PAIR = ("planetary.sun.w", "reducer.pinion.w")
 SPRING = "coupling.second_stiffness"
@@ -33,10 +34,12 @@ def damped() -> Drivetrain:
     return load("paper").model_copy(update={"damping": Damping(stiffness_proportional=1e-6)})
 
 
-def swept(drivetrain: Drivetrain, *vary: str) -> Sweep:
-    variation = design(drivetrain, vary)
-    todo = task(drivetrain, variation, BAND, PAIR, 2, "equations", ["level:100", "frequency:2"])
-    return Sweep("x", todo, variation, sweep(todo, variation.samples))
+def swept(drivetrain: Drivetrain, *vary: str) -> SweepResult:
+    variation = samples_of(drivetrain, vary)
+    todo = sweep_plan(
+        drivetrain, variation, BAND, PAIR, 2, "equations", ["level:100", "frequency:2"]
+    )
+    return SweepResult(drivetrain, todo, variation, sweep(todo, variation.rows))
 
 
 def meshes(figure: Figure) -> list[QuadMesh]:
@@ -45,7 +48,7 @@ def meshes(figure: Figure) -> list[QuadMesh]:
 
 def test_families_differ_in_the_parameter_with_most_values(damped):
     found = swept(damped, "planetary.planets=5,3", f"{SPRING}=1e6,1e5,1e7")
-    assert found.design.paths[main_parameter(found)] == SPRING
+    assert found.samples.paths[main_parameter(found)] == SPRING
     three, five = families(found, np.arange(6))
     assert (three.label, five.label) == ("planetary.planets = 3", "planetary.planets = 5")
     assert found.values[three.rows].tolist() == [[3, 1e5], [3, 1e6], [3, 1e7]]
@@ -59,7 +62,7 @@ def test_frfs_of_many_values_are_maps_one_for_each_value_of_the_others(damped):
     draw_frfs(found, figure)
     drawn = [axes.collections[0] for axes in figure.axes[:2]]
     for mesh, family in zip(drawn, families(found, np.arange(14)), strict=True):
-        level = decibels(found.outcome.magnitude[family.rows])
+        level = decibels(found.results.magnitude[family.rows])
         # fewer lines than the map has columns on a logarithmic axis at its upper end: each column
         # holds the highest of its lines, the lowest lines one each
         np.testing.assert_allclose(np.asarray(mesh.get_array())[:, :5], level[:, :5])
@@ -75,7 +78,7 @@ def test_frfs_of_few_values_are_curves(damped):
     figure = Figure()
     draw_frfs(found, figure)
     (axes,) = figure.axes
-    for line, magnitude in zip(axes.lines, found.outcome.magnitude, strict=True):
+    for line, magnitude in zip(axes.lines, found.results.magnitude, strict=True):
         np.testing.assert_array_equal(line.get_ydata(), decibels(magnitude))
     labels = [f"planetary.planets = {n}" for n in (3, 4, 5)]
     assert [line.get_label() for line in axes.lines] == labels
@@ -125,14 +128,16 @@ def test_the_report_has_every_number_said_and_every_picture(tmp_path: Path):
     assert "4 of 6 samples computed" in text
     assert "2 samples failed" in text
     assert "planetary.planets = 0" in text
-    assert f"{SPRING} 100000 100000 1e+06 2" in text  # in the model, lowest, highest, values
-    assert "planetary.planets 4 0 4 3" in text
+    assert (
+        f"{SPRING} N/m 100000 100000 1e+06 2" in text
+    )  # unit, in the model, lowest, highest, values
+    assert "planetary.planets – 4 0 4 3" in text
     assert "no damping: how high a peak is depends on how near a line it lies" in text
     with (tmp_path / "sweep.csv").open(encoding="utf-8", newline="") as file:
         table = list(csv.DictReader(file))  # a reason may have commas in it, and is quoted then
     assert len(table) == 6
     lowest = min(float(row["rms_m_per_n"]) for row in table if row["status"] == "ok")
-    assert f"rms_m_per_n {lowest:.6g} {SPRING} = " in text
+    assert f"rms_m_per_n RMS (m/N) {lowest:.6g} {SPRING} = " in text
     assert page.count("<svg") == 4
     ids = re.findall(r'\bid="([^"]+)"', page)
     assert len(ids) == len(set(ids))

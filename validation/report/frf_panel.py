@@ -1,0 +1,431 @@
+"""The one FRF panel: modes, magnitude, phase and differences over one frequency axis.
+
+Curves are thinned to the extreme values of narrow columns (`curves.extremes`), so that no peak and
+no antiresonance is lost; differences to the largest of each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import ceil, floor, log10
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, MaxNLocator
+from numpy.typing import NDArray
+
+from ..arrays import FloatArray, IndexArray
+from .curves import extremes, largest
+from .style import (
+    INK,
+    LOWEST_ERROR,
+    MUTED,
+    REFERENCE_COLOR,
+    VERMILLION,
+    WIDTH,
+    frequency_axis,
+    is_logarithmic,
+    log_axis,
+    route_colors,
+    styled,
+    svg,
+)
+
+Dash = str | tuple[float, tuple[float, ...]]
+
+COLUMNS_PER_INCH = 100  # of a panel: what a page at its full width can show
+DASH = 5.0  # points: coincident curves take turns, each a dash of this length
+ROW, MAGNITUDE, PHASE, DIFFERENCE = 0.14, 2.4, 1.15, 1.1  # inches: a row of modes, and panels
+LEFT, RIGHT, AXIS, TITLE, LEGEND = 0.78, 0.15, 0.46, 0.22, 0.165  # inches around them
+MARGIN = 0.05  # inches above the first text
+LEAST_RANGE_DB = 1.0  # of a linear difference's axis: what is smaller lies on zero
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A line over frequency.
+
+    Attributes
+    ----------
+    name
+        Its legend entry; empty: none.
+    values
+        (n,) an FRF (m/N), complex or its modulus; of a difference, what is drawn.
+    color, width, dash, marker
+        How it is drawn; a width of 0 leaves the markers alone.
+    frequency
+        (n,) Hz, where its lines are not those of the panel.
+    """
+
+    name: str
+    values: NDArray[Any]
+    color: str = REFERENCE_COLOR
+    width: float = 1.2
+    dash: Dash = "solid"
+    marker: str = ""
+    size: float = 3.0
+    frequency: FloatArray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Band:
+    """What lies between two levels (n_frequency,), dB, as that of most samples."""
+
+    name: str
+    low: FloatArray
+    high: FloatArray
+    color: str
+    alpha: float = 1.0
+
+
+@dataclass(frozen=True)
+class Mode:
+    """A natural frequency: a long tick in its row where the FRF shows it, a short one elsewhere."""
+
+    row: str
+    frequency_hz: float
+    color: str
+    visible: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class Difference:
+    """A panel below the FRF.
+
+    Attributes
+    ----------
+    label
+        Of its axis, with the unit.
+    curves
+        What is drawn.
+    logarithmic
+        The modulus over decades; else linear about zero.
+    decades
+        How many at most, below the largest value.
+    allowed
+        (n_frequency,) or one number: a tolerance, drawn as a dashed line.
+    """
+
+    label: str
+    curves: tuple[Curve, ...]
+    logarithmic: bool = True
+    decades: int = 18
+    allowed: FloatArray | float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class FrfPanel:
+    """One FRF by several routes, or before and after.
+
+    Attributes
+    ----------
+    frequency
+        (n_frequency,) Hz.
+    curves
+        The reference first: the others are drawn over it.
+    differences
+        Panels below.
+    modes
+        Ticks above, a row of them for each name, in their order.
+    through
+        Whether modes that are visible go on as lines through the magnitude.
+    phase
+        Whether the phase is drawn.
+    unit
+        Of the FRF.
+    title
+        Above; empty: the page says it.
+    width
+        Inches; the page scales it.
+    from_zero
+        Whether the axis is linear and begins at 0 Hz, whatever the band.
+    bands
+        Behind the curves.
+    """
+
+    frequency: FloatArray
+    curves: tuple[Curve, ...]
+    differences: tuple[Difference, ...] = ()
+    modes: tuple[Mode, ...] = ()
+    through: bool = False
+    phase: bool = False
+    unit: str = "m/N"
+    title: str = ""
+    width: float = WIDTH
+    from_zero: bool = False
+    bands: tuple[Band, ...] = ()
+
+    @property
+    def logarithmic(self) -> bool:
+        """Whether the frequency axis is."""
+        return not self.from_zero and is_logarithmic(self.frequency[0], self.frequency[-1])
+
+    def positions(self, frequency: FloatArray) -> FloatArray:
+        """Where along the axis lines are drawn."""
+        return np.log10(frequency) if self.logarithmic else frequency
+
+
+def reference_curve(name: str, values: NDArray[Any], width: float = 4.0) -> Curve:
+    """The curve that others are held against: broad and grey."""
+    return Curve(name, values, REFERENCE_COLOR, width)
+
+
+def coincident_curves(values: Mapping[str, NDArray[Any]], width: float = 1.2) -> tuple[Curve, ...]:
+    """Curves that may lie on one another: their dashes take turns, so that each shows."""
+    colors, count = route_colors(list(values)), len(values)
+    return tuple(
+        Curve(name, each, colors[name], width, _turn(number, count))
+        for number, (name, each) in enumerate(values.items())
+    )
+
+
+def _turn(number: int, of: int) -> Dash:
+    """A dash pattern that leaves room for all other curves' dashes."""
+    return (number * DASH, (DASH, (of - 1) * DASH)) if of > 1 else (0.0, (DASH, DASH / 2.0))
+
+
+def differences_of(curves: Iterable[Curve], values: Mapping[str, FloatArray]) -> tuple[Curve, ...]:
+    """The curves' differences, each in its curve's colour; curves without one are left out.
+
+    Differences that may coincide are dashed over solid ones, the dashed ones in turn.
+    """
+    return tuple(
+        replace(curve, values=values[curve.name], dash=_dashed(number, curve.dash))
+        for number, curve in enumerate(curve for curve in curves if curve.name in values)
+    )
+
+
+def _dashed(number: int, dash: Dash) -> Dash:
+    if not _takes_turns(dash):
+        return dash
+    return "solid" if number < 2 else (number * DASH, (DASH, DASH))
+
+
+def decibels(values: NDArray[Any]) -> FloatArray:
+    """20 log₁₀|H|; −inf where it is zero."""
+    with np.errstate(divide="ignore"):
+        return np.asarray(20.0 * np.log10(np.abs(values)))
+
+
+def frf_figure(panel: FrfPanel, name: str, alternative: str) -> str:
+    """A panel as an SVG element.
+
+    Parameters
+    ----------
+    panel
+        What is drawn.
+    name
+        Prefix of the figure's ids.
+    alternative
+        What it shows, for those who cannot see it.
+    """
+    with styled():
+        return svg(draw_panel(panel), name, alternative)
+
+
+def draw_panel(panel: FrfPanel) -> Figure:
+    """A panel as a figure; to be called inside `style.styled`."""
+    rows = list(dict.fromkeys(mode.row for mode in panel.modes))
+    heights = [ROW * len(rows)] if rows else []
+    heights += [MAGNITUDE, *([PHASE] if panel.phase else [])]
+    heights += [DIFFERENCE] * len(panel.differences)
+    handles = _handles(panel)
+    left = max(LEFT, 0.16 + 0.056 * max(map(len, rows), default=0))
+    columns = _legend_columns(handles, panel.width - left)
+    legend = LEGEND * ceil(len(handles) / columns) + 0.1 if handles else 0.1
+    above = legend + (TITLE if panel.title else 0.0) + MARGIN
+    height = above + sum(heights) + 0.1 * (len(heights) - 1) + AXIS
+    figure = Figure(figsize=(panel.width, height))
+    grid = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights, squeeze=False)
+    figure.subplots_adjust(
+        left=left / panel.width,
+        right=1.0 - RIGHT / panel.width,
+        top=1.0 - above / height,
+        bottom=AXIS / height,
+        hspace=0.1 * len(heights) / sum(heights),
+    )
+    panels = list(grid[:, 0])
+    thin = int(COLUMNS_PER_INCH * (panel.width - left - RIGHT))
+    if rows:
+        draw_modes(panels.pop(0), panel.modes, rows)
+    magnitude = panels.pop(0)
+    draw_magnitude(magnitude, panel, thin)
+    if panel.through:
+        for mode in panel.modes:
+            if mode.visible:
+                line = {"color": mode.color, "linewidth": 0.6, "alpha": 0.45, "zorder": 0.5}
+                magnitude.axvline(mode.frequency_hz, **line)
+    if panel.phase:
+        _draw_phase(panels.pop(0), panel, thin)
+    for axes, difference in zip(panels, panel.differences, strict=True):
+        _draw_difference(axes, panel, difference, thin // 2)
+    for axes in grid[:-1, 0]:
+        axes.tick_params(axis="x", which="both", labelbottom=False)
+    _frequency_axis(grid[-1, 0], panel)
+    if panel.title:
+        figure.text(
+            (left - 0.06) / panel.width, 1.0 - MARGIN / height, panel.title, va="top", fontsize=9.0,
+            fontweight="bold",
+        )  # fmt: skip
+    figure.legend(
+        handles=handles, loc="upper left", ncols=columns, handlelength=3.2, columnspacing=1.4,
+        labelspacing=0.25, borderaxespad=0.0, borderpad=0.1,
+        bbox_to_anchor=((left - 0.06) / panel.width, 1.0 - (above - legend) / height),
+    )  # fmt: skip
+    return figure
+
+
+def draw_modes(axes: Axes, modes: Sequence[Mode], rows: Sequence[str]) -> None:
+    """A row of ticks for each name."""
+    kinds: dict[tuple[str, str, bool], list[float]] = {}
+    for mode in modes:
+        kinds.setdefault((mode.row, mode.color, mode.visible), []).append(mode.frequency_hz)
+    for (row, color, visible), frequencies in kinds.items():
+        half, width = (0.4, 1.8) if visible else (0.16, 0.9)
+        at = rows.index(row)
+        axes.vlines(frequencies, at - half, at + half, color=color, linewidth=width)
+    axes.set_ylim(len(rows) - 0.4, -0.6)
+    axes.set_yticks(range(len(rows)), list(rows), fontsize=7.0)
+    axes.tick_params(length=0.0, which="both")
+    axes.spines[["left", "bottom"]].set_visible(False)
+    axes.grid(visible=False, axis="x")
+
+
+def draw_magnitude(axes: Axes, panel: FrfPanel, columns: int) -> None:
+    """The curves' levels (dB), over the bands."""
+    for band in panel.bands:
+        starts = _evenly(panel.positions(panel.frequency), columns)
+        axes.fill_between(
+            panel.frequency[starts], np.minimum.reduceat(band.low, starts),
+            np.maximum.reduceat(band.high, starts), color=band.color, alpha=band.alpha, lw=0.0,
+            label=band.name,
+        )  # fmt: skip
+    for curve in panel.curves:
+        frequency = panel.frequency if curve.frequency is None else curve.frequency
+        level = decibels(curve.values)
+        at = extremes(panel.positions(frequency), level, columns)
+        _plot(axes, frequency[at], level[at], curve)
+    axes.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}".replace("-", "−")))
+    axes.set_ylabel(f"|H| (dB re 1 {panel.unit})")
+
+
+def _plot(axes: Axes, x: FloatArray, y: FloatArray, curve: Curve) -> None:
+    axes.plot(
+        x, y, color=curve.color, linewidth=curve.width, linestyle=curve.dash if curve.width else "",
+        marker=curve.marker, markersize=curve.size, dash_capstyle="butt", label=curve.name,
+    )  # fmt: skip
+
+
+def _draw_phase(axes: Axes, panel: FrfPanel, columns: int) -> None:
+    """Phases, thinned evenly (their extremes would be nothing but the ends of the axis).
+
+    From −270° to 90°: resonances pass through −90°, and −180° is not at the edge. Curves are drawn
+    by how far they are off the first, so that a jump of one alone is none of the axis.
+    """
+    thin = _evenly(panel.positions(panel.frequency), columns)
+    reference = panel.curves[0].values[thin]
+    angle = np.degrees(np.angle(reference))
+    angle = np.where(angle > 90.0, angle - 360.0, angle)
+    for curve in panel.curves:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            off = np.degrees(np.angle(curve.values[thin] / reference))
+        frequency, phase = panel.frequency[thin], angle + off
+        jumps = np.flatnonzero(np.abs(np.diff(phase)) > 180.0) + 1  # all the way round: no line
+        at = np.insert(frequency, jumps, frequency[jumps])
+        _plot(axes, at, np.insert(phase, jumps, np.nan), curve)
+    axes.set_ylim(-280.0, 100.0)
+    axes.set_yticks([-270.0, -180.0, -90.0, 0.0, 90.0])
+    axes.set_ylabel("Phase (°)")
+
+
+def _evenly(positions: FloatArray, columns: int) -> IndexArray:
+    places = np.linspace(positions[0], positions[-1], columns)
+    return np.unique(np.searchsorted(positions, places))
+
+
+def _draw_difference(axes: Axes, panel: FrfPanel, shown: Difference, columns: int) -> None:
+    if shown.logarithmic:
+        _draw_decades(axes, panel, shown, columns)
+    else:
+        axes.axhline(0.0, color=MUTED, lw=0.7)
+        most = LEAST_RANGE_DB
+        for curve in shown.curves:
+            frequency = panel.frequency if curve.frequency is None else curve.frequency
+            at = extremes(panel.positions(frequency), curve.values, columns)
+            _plot(axes, frequency[at], curve.values[at], curve)
+            most = max(most, 1.1 * float(np.abs(curve.values[at]).max(initial=0.0)))
+        axes.set_ylim(-most, most)
+    axes.set_ylabel(shown.label)
+
+
+def _draw_decades(axes: Axes, panel: FrfPanel, shown: Difference, columns: int) -> None:
+    positions = panel.positions(panel.frequency)
+    lowest, highest = difference_decades(shown)
+    for curve in shown.curves:
+        at = largest(positions, curve.values, columns)
+        _plot(axes, panel.frequency[at], np.maximum(curve.values[at], 10.0**lowest), curve)
+    if not any((curve.values > 0.0).any() for curve in shown.curves):
+        axes.text(
+            0.5, 0.5, "no difference at any line", color=INK, ha="center", transform=axes.transAxes
+        )
+    if shown.allowed is not None:
+        # The smallest of each column: what lies above the line is beyond what is allowed there.
+        limit = np.broadcast_to(shown.allowed, panel.frequency.shape)
+        at = largest(positions, -limit, columns)
+        axes.plot(panel.frequency[at], limit[at], color=VERMILLION, lw=1.0, ls="--")
+    log_axis(axes, lowest, highest, most=4)
+
+
+def difference_decades(shown: Difference) -> tuple[int, int]:
+    """Whole decades that hold the values and what is allowed."""
+    values = np.concatenate([curve.values for curve in shown.curves])
+    positive = values[np.isfinite(values) & (values > 0.0)]
+    allowed = 0.0 if shown.allowed is None else float(np.max(shown.allowed))
+    top = max(float(positive.max(initial=0.0)), allowed)
+    if top == 0.0:
+        return LOWEST_ERROR + 2, LOWEST_ERROR + 6
+    highest = ceil(log10(1.2 * top))
+    lowest = floor(log10(float(positive.min(initial=top))))
+    return min(max(lowest, highest - shown.decades, LOWEST_ERROR), highest - 2), highest
+
+
+def _frequency_axis(axes: Axes, panel: FrfPanel) -> None:
+    first, last = float(panel.frequency[0]), float(panel.frequency[-1])
+    frequency_axis(axes, 0.0 if panel.from_zero else first, last)
+
+
+def _handles(panel: FrfPanel) -> list[Line2D]:
+    """Legend entries: every name once."""
+    differences = panel.differences
+    curves = (*panel.curves, *(curve for each in differences for curve in each.curves))
+    named: dict[str, Curve] = {}
+    for curve in curves:
+        named.setdefault(curve.name, curve)
+    handles = [
+        Line2D(
+            [], [], color=curve.color, lw=max(curve.width, 1.6) if curve.width else 0.0,
+            marker=curve.marker, ms=curve.size, label=name,
+            ls="solid" if curve.dash == "solid" or _takes_turns(curve.dash) else curve.dash,
+        )
+        for name, curve in named.items()
+        if name
+    ]  # fmt: skip
+    if any(each.allowed is not None for each in differences):
+        handles.append(Line2D([], [], color=VERMILLION, lw=1.0, ls="--", label="allowed"))
+    return handles
+
+
+def _takes_turns(dash: Dash) -> bool:
+    """Whether a pattern is there for curves that coincide, and says nothing by itself."""
+    return not isinstance(dash, str) and dash[1][0] == DASH
+
+
+def _legend_columns(handles: Sequence[Line2D], width: float) -> int:
+    """As many columns as the longest entry leaves room for."""
+    longest = max((len(str(handle.get_label())) for handle in handles), default=1)
+    return max(1, min(len(handles), int(width / (0.066 * longest + 0.62))))
