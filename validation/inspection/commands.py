@@ -6,7 +6,7 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
-from mbs_models.model.model_file import load
+from mbs_models.model import model_file
 
 from ..runtime.streams import warn
 
@@ -15,7 +15,7 @@ def modes_command(model: str, route: str, torque: float | None, *, as_json: bool
     """Print the modes of a model, as a table or as JSON."""
     from .modes import print_modes, solved_modes
 
-    drivetrain = load(model)
+    drivetrain = model_file.load(model)
     warn(drivetrain.warnings())
     found, at_rest = solved_modes(drivetrain, route, torque)
     if not as_json:
@@ -51,7 +51,7 @@ def frf_command(
     columns = frf_output.labels("--excitation", excitations)
     if output is not None:
         frf_output.check_target(output)
-    drivetrain = load(model)
+    drivetrain = model_file.load(model)
     n_frfs = frf_count(drivetrain, route, rows, columns, stage)
     lines = band(*limits, n_frfs)
     require_memory(
