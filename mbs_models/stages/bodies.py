@@ -81,7 +81,7 @@ Radius = Annotated[float, Field(ge=1e-6, le=1e3, json_schema_extra={"unit": "m"}
 Teeth = Annotated[int, Field(ge=3, le=100000)]
 Degrees = Annotated[float, Field(json_schema_extra={"unit": "deg"})]
 Angle = Annotated[Degrees, physical(0.0, 3600.0, "deg")]
-PressureAngle = Annotated[Degrees, Field(gt=0.0, le=45.0)]
+PressureAngle = Annotated[Degrees, Field(gt=0.0, le=45.0), physical(0.1, 45.0, "deg")]
 PlanetAngles = Annotated[
     tuple[Angle, ...],
     Field(

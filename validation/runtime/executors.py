@@ -101,7 +101,7 @@ def opened(
     kind
         One of `KINDS`; None: as many processes as the work is worth.
     workers
-        How many, where that is ours to say.
+        How many, where that is ours to say; of processes never more than there are cores.
     worth
         Processes the work is worth, if nobody says how many.
 
@@ -117,8 +117,9 @@ def opened(
         return mpi_pool(workers)
     if kind is not None and _of_cluster(kind):
         return dask_cluster(kind)
-    most = worth if kind is None else os.cpu_count() or 1
-    return process_pool(most if workers is None else workers)
+    cores = os.cpu_count() or 1
+    most = worth if kind is None else cores
+    return process_pool(most if workers is None else min(workers, cores))
 
 
 @contextmanager
