@@ -26,10 +26,17 @@ HERE = Path(__file__).parents[2]
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
 PATIENCE = 5.0  # s until nothing is left
 LONGEST = 300.0
-VOLATILE = ("seconds", "made", "provenance", "timing")  # keys of JSON that tell of the run itself
+VOLATILE = (
+    "seconds",
+    "made",
+    "provenance",
+    "timing",
+    "date",
+    "written",
+)  # keys of JSON that tell of the run itself
 SWEEP = (
-    "sweep", "lin-parker-3", "--vary", "planetary.sun.mass=0.3:0.6:400", "--response",
-    "planetary.sun.w", "--excitation", "planetary.sun.w", "--df", "5", "--out", "out",
+    "sweep", "lin-parker-3", "--vary", "planetary.sun.mass=0.3:0.6:300", "--response",
+    "planetary.sun.w", "--excitation", "planetary.sun.w", "--df", "50", "--out", "out",
 )  # fmt: skip
 COMMANDS: Mapping[str, tuple[str, ...]] = {
     "run": ("run", "lin-parker-3", "--df", "20", "--no-time", "--out", "out"),
@@ -159,6 +166,31 @@ def interrupted(name: str, number: int, whole: Reference) -> str:
         found = results(folder / "out")
         wrong = [key for key in whole.results if found.get(key) != whole.results[key]]
         return f"resumed: other {', '.join(wrong)}: {found['names']}" if wrong else ""
+
+
+def killed_with_workers(folder: Path) -> None:
+    """Kill a sweep on two processes, and assert that both are gone soon after.
+
+    Raises
+    ------
+    AssertionError
+        They are not, or never began.
+    """
+    process = command("sweep, two processes", folder)
+    patience = time.perf_counter() + LONGEST
+    while not list(folder.rglob("*.piece")) and time.perf_counter() < patience:
+        assert process.poll() is None, process.communicate()
+        time.sleep(0.05)
+    assert len(running(process.pid)) >= 3, "no workers"
+    process.kill()
+    patience = time.perf_counter() + PATIENCE
+    while running(process.pid) and time.perf_counter() < patience:
+        time.sleep(0.05)
+    left = running(process.pid)
+    if left:
+        os.killpg(process.pid, signal.SIGKILL)
+    process.communicate()
+    assert not left
 
 
 def main(count: int) -> int:
