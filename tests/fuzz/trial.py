@@ -29,6 +29,9 @@ ACCEPTED, REFUSED = "accepted", "refused"
 STEERING = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
 LONGEST_LINE = 1200
 
+SMALL = "lin-parker-3"
+DOFS = ("planetary.sun.w", "planetary.sun.u", "planetary.planet1.v", "planetary.carrier.w")
+
 Trial = Callable[[random.Random, Path], str]
 
 
@@ -72,6 +75,15 @@ def command(*arguments: str, within: Iterable[int] = (0, 1, 2)) -> Called:
     if max(map(len, called.err.splitlines()), default=0) > LONGEST_LINE:
         raise Fault(f"a message of {len(called.err)} characters: {shown[:500]}")
     return called
+
+
+def left_nothing(code: int, out: Path) -> None:
+    """Refuse what a command has left that was refused, or is done."""
+    left = [path.name for path in out.rglob("*")] if out.exists() else []
+    if code == 2 and left:
+        raise Fault(f"refused, and files are left: {left}")
+    if code in (0, 1) and ".crosscheck" in left:
+        raise Fault(f"done, and unfinished work is left: {left}")
 
 
 def ended(called: Called) -> str:
