@@ -7,9 +7,12 @@ Systems
     `SecondOrderSystem`, `SparseSystem`.
 FRFs
     `Frf` on a `frequency_axis`: `synthesize` chooses among `direct_frf`, `modal_frf`, `schur_frf`;
-    `sparse_frf` and `reduced_frf` for large systems; `read_uff`, `write_uff`.
+    `sparse_frf` and `reduced_frf` for large systems, `galerkin_bound`; `Frf.round_off` bounds the
+    error. `read_frf`, `write_frf` by a file's ending (a measurement with its notes), `read_uff`,
+    `write_uff`; `fbs.measured` for their quality, uncertainty and resampling.
 Modes
     `real_modes`, `complex_modes`, `poles`; `truncate` leaves some out and keeps their residuals.
+    `bounded_frf` couples `TruncatedPart`s and bounds the error; `smallest_basis` meets a tolerance.
 Substructures
     `couple` and `couple_chain` join FRFs at every `Joint`; `condense_free`, `condense_blocked`,
     `condense_dynamic_stiffness` and `block_dofs` leave DoFs out.
@@ -23,13 +26,16 @@ Errors
 
 from typing import TYPE_CHECKING, Any
 
+from .axes import frequency_axis
 from .condensation import (
+    CondensedStiffness,
     block_dofs,
     condense_blocked,
     condense_dynamic_stiffness,
     condense_free,
 )
-from .coupling import CoupledFrf, Joint, couple
+from .coupled_bound import BoundedFrf, Reason, TruncatedPart, bounded_frf
+from .coupling import CoupledFrf, couple
 from .damped_modes import ComplexModes, complex_modes
 from .errors import (
     AmbiguousDofError,
@@ -44,9 +50,10 @@ from .errors import (
     SingularLineError,
     UnknownDofError,
 )
-from .files.uff import UffError, read_uff, write_uff
-from .frf import Frf, Quantity, frequency_axis
+from .frf import Frf, Quantity
+from .joints import Joint
 from .large.chain import couple_chain
+from .large.galerkin_bound import GalerkinBound, galerkin_bound
 from .large.krylov import ReducedFrf, ReductionError, reduced_frf
 from .large.sparse_system import SparseSystem, sparse_frf
 from .modal_synthesis import Poles, modal_frf, poles
@@ -59,19 +66,23 @@ from .schur_form import schur_frf
 from .second_order_system import SecondOrderSystem, direct_frf
 from .signal.estimation import Estimate, averaged_frf, impulse_frf, periodic_frf
 from .signal.records import Record
+from .smallest_basis import SmallestBasis, Tolerance, smallest_basis
 from .synthesis import Method, MethodError, Synthesis, synthesize
 from .undamped_modes import RealModes, real_modes
 
 __all__ = [
     "AmbiguousDofError",
     "AxisMismatchError",
+    "BoundedFrf",
     "ComplexModes",
+    "CondensedStiffness",
     "CoupledFrf",
     "DefectiveModesError",
     "Estimate",
     "Extremes",
     "FbsError",
     "Frf",
+    "GalerkinBound",
     "IndefiniteMassError",
     "IndefiniteStiffnessError",
     "Joint",
@@ -87,21 +98,26 @@ __all__ = [
     "Quantity",
     "QuantityMismatchError",
     "RealModes",
+    "Reason",
     "Record",
     "ReducedFrf",
     "ReductionError",
     "SecondOrderSystem",
     "SingularBalanceError",
     "SingularLineError",
+    "SmallestBasis",
     "SparseSystem",
     "Stability",
     "Synthesis",
+    "Tolerance",
     "TruncatedModes",
+    "TruncatedPart",
     "UffError",
     "UnknownDofError",
     "__version__",
     "averaged_frf",
     "block_dofs",
+    "bounded_frf",
     "common_periods",
     "complex_modes",
     "condense_blocked",
@@ -112,16 +128,19 @@ __all__ = [
     "direct_frf",
     "extremes",
     "frequency_axis",
+    "galerkin_bound",
     "impulse_frf",
     "lattice",
     "modal_frf",
     "outputs",
     "periodic_frf",
     "poles",
+    "read_frf",
     "read_uff",
     "real_modes",
     "reduced_frf",
     "schur_frf",
+    "smallest_basis",
     "sparse_frf",
     "stability",
     "stability_by_period",
@@ -129,16 +148,32 @@ __all__ = [
     "synthesize",
     "truncate",
     "waveform",
+    "write_frf",
     "write_uff",
 ]
 
 if TYPE_CHECKING:
+    from .files.frf_files import read_frf, write_frf
+    from .files.uff import read_uff, write_uff
+    from .files.universal import UffError
+
     __version__: str
 else:  # hidden, so that a name that is not there is an error of types
+    FILES = {
+        "UffError": "universal",
+        "read_frf": "frf_files",
+        "read_uff": "uff",
+        "write_frf": "frf_files",
+        "write_uff": "uff",
+    }
 
     def __getattr__(name: str) -> Any:
         if name == "__version__":
             from importlib.metadata import version  # takes its time to load
 
             return version("drivetrain-crosscheck")
+        if name in FILES:  # most programs read none
+            from importlib import import_module
+
+            return getattr(import_module(f".files.{FILES[name]}", __name__), name)
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ._kernels.blocks import SPAN, each, stretches
-from ._kernels.checks import ComplexArray, positions
+from ._kernels.checks import ComplexArray, positions, unique_labels
 from ._kernels.finite import square_sum, surely_finite
 from .frf import Frf
 
@@ -76,10 +76,12 @@ class Layout:
         responses: Iterable[str] | None,
         excitations: Iterable[str] | None,
     ) -> Layout:
-        rows = _owners({name: frf.responses for name, frf in substructures.items()})
-        columns = _owners({name: frf.excitations for name, frf in substructures.items()})
-        wanted = tuple(rows) if responses is None else tuple(responses)
-        driven = tuple(columns) if excitations is None else tuple(excitations)
+        rows = owners({name: frf.responses for name, frf in substructures.items()})
+        columns = owners({name: frf.excitations for name, frf in substructures.items()})
+        wanted = tuple(rows) if responses is None else unique_labels(responses, "the responses")
+        driven = (
+            tuple(columns) if excitations is None else unique_labels(excitations, "the excitations")
+        )
         positions(wanted, tuple(rows), "the assembly's responses")
         positions(driven, tuple(columns), "the assembly's excitations")
         places = [columns[label] for label in driven]
@@ -91,7 +93,7 @@ class Layout:
         )
 
 
-def _owners(labels: Mapping[str, Sequence[str]]) -> dict[str, tuple[str, int]]:
+def owners(labels: Mapping[str, Sequence[str]]) -> dict[str, tuple[str, int]]:
     """Return the first substructure that has each label, and where."""
     owners: dict[str, tuple[str, int]] = {}
     for name, own in labels.items():

@@ -11,10 +11,19 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._kernels.checks import ComplexArray, FloatArray, ascending_frequency, positions, unique_labels
+from ._kernels.checks import (
+    ComplexArray,
+    FloatArray,
+    ascending_frequency,
+    named,
+    positions,
+    scalar,
+    unique_labels,
+)
+from ._kernels.door import door
 from ._representation import counted, html_table, listing
-from .errors import FbsError, NonFiniteError, unknown_dof
-from .frf import Frf, Quantity, as_quantity
+from .errors import FbsError, unknown_dof
+from .frf import Frf, Origin, Quantity, as_quantity, computed_frf
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -36,7 +45,7 @@ class LabelledSystem(ABC):
             object.__setattr__(self, name, self._matrix(getattr(self, name), len(dofs), name))
         object.__setattr__(self, "dofs", dofs)
         object.__setattr__(self, "derived", MappingProxyType(_derived(self.derived, dofs)))
-        object.__setattr__(self, "loss_factor", _loss_factor(self.loss_factor))
+        object.__setattr__(self, "loss_factor", scalar(self.loss_factor, "the loss factor", 0.0))
         unique_labels(self.labels, "dofs and derived labels")
 
     def __reduce__(self) -> tuple[type[Self], tuple[Any, ...]]:
@@ -83,6 +92,7 @@ class LabelledSystem(ABC):
         """Everything that can be asked for: the dofs, then the derived labels."""
         return self.dofs + tuple(self.derived)
 
+    @door
     def locate(self, labels: Iterable[str] | None = None) -> tuple[list[int], FloatArray]:
         """Return, for each label (None: all), its coordinate's index and its factor on it.
 
@@ -97,25 +107,19 @@ class LabelledSystem(ABC):
         return [index[dof] for dof, _ in pairs], np.array([factor for _, factor in pairs])
 
 
-def _loss_factor(value: float) -> float:
-    factor = float(value)
-    if not np.isfinite(factor):
-        raise NonFiniteError(f"the loss factor is {factor}")
-    if factor < 0:
-        raise FbsError(f"the loss factor must not be negative, got {factor:.10g}")
-    return factor
-
-
 def _derived(
     derived: Mapping[str, tuple[str, float]], dofs: tuple[str, ...]
 ) -> dict[str, tuple[str, float]]:
     result = {}
-    for label, (dof, factor) in derived.items():
+    for label, tie in named(derived, (tuple, list), "the derived labels").items():
+        if len(tie) != 2:
+            raise FbsError(f"derived label {label!r} needs (dof, factor), got {tie!r}")
+        dof, factor = tie[0], scalar(tie[1], f"the factor of derived label {label!r}")
         if dof not in dofs:
-            raise unknown_dof(dof, dofs, f"derived label {label!r}: the system")
-        if not np.isfinite(factor) or factor == 0:
+            raise unknown_dof(str(dof), dofs, f"derived label {label!r}: the system")
+        if factor == 0:
             raise FbsError(f"derived label {label!r} needs a finite factor, not 0; got {factor}")
-        result[label] = (dof, float(factor))
+        result[label] = (dof, factor)
     return result
 
 
@@ -148,8 +152,10 @@ class Target:
         UnknownDofError, FbsError
         """
         axis = ascending_frequency(frequency)
-        rows = system.labels if responses is None else tuple(responses)
-        columns = system.labels if excitations is None else tuple(excitations)
+        rows, columns = (
+            system.labels if labels is None else unique_labels(labels, what)
+            for labels, what in ((responses, "the responses"), (excitations, "the excitations"))
+        )
         i, row_factor = system.locate(rows)
         j, column_factor = system.locate(columns)
         return cls(axis, rows, columns, i, j, row_factor, column_factor, as_quantity(quantity))
@@ -167,7 +173,7 @@ class Target:
         """Return the rows of shapes at the excitations."""
         return shapes[self.columns] * self.column_factor[:, None]
 
-    def frf(self, receptances: ComplexArray) -> Frf:
+    def frf(self, receptances: ComplexArray, origin: Origin | None = None) -> Frf:
         """Return the FRFs of the labels from those of their coordinates, which become them.
 
         Receptances, shape (n_response, n_excitation, nf), are multiplied by the factors of derived
@@ -179,4 +185,6 @@ class Target:
         if self.quantity.derivative:
             receptances *= (2j * np.pi * self.axis) ** self.quantity.derivative
         values = receptances.transpose(2, 0, 1)
-        return Frf(self.axis, values, self.responses, self.excitations, self.quantity)
+        return computed_frf(
+            self.axis, values, self.responses, self.excitations, self.quantity, origin=origin
+        )

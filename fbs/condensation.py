@@ -21,25 +21,40 @@ has, Z_ab = 0, and read with Z for H, Eqs. (18)-(22) are ``condense_dynamic_stif
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._kernels import batched as _batched
-from ._kernels.checks import ComplexArray, FloatArray, ascending_frequency, positions, unique_labels
-from .errors import AmbiguousDofError, FbsError, SingularLineError, UnknownDofError
-from .frf import Frf
-from .second_order_system import SecondOrderSystem
+from ._kernels.blocks import stretches
+from ._kernels.checks import (
+    ComplexArray,
+    FloatArray,
+    ascending_frequency,
+    positions,
+    sealed,
+    unique_labels,
+)
+from ._kernels.door import door
+from ._kernels.elimination import EPS, Blocks, Enclosure, eliminate, equilibrating_size
+from ._mixed_assembly import HELD
+from .errors import (
+    AmbiguousDofError,
+    FbsError,
+    SingularLineError,
+    UnknownDofError,
+    lost_digits,
+)
+from .frf import Frf, computed_frf
+from .second_order_system import SecondOrderSystem, SystemOrigin, differentiated
 
 BLOCK = 256
 """Lines condensed at once: 256 matrices of 30 DoFs are 3.7 MB."""
 
-SWEEPS = 4
-"""Of `_equilibrating_size`: row maxima are then within 1e-5^(1/16), half a decade, of one."""
 
-
+@door
 def condense_blocked(frf: Frf, masters: Iterable[str]) -> Frf:
     """Block the slaves: H_MM - H_MS H_SS^-1 H_SM; the paper, Eqs. (30) and (31) as printed.
 
@@ -49,8 +64,15 @@ def condense_blocked(frf: Frf, masters: Iterable[str]) -> Frf:
     The slaves' coordinates are thus locked, as `block_dofs` locks them in a system. It is not
     what the paper's text asks for, no force on the slaves: see `condense_free`. Near a pole of
     the whole, or 0 Hz of a free one, H is much larger than the result, and the subtraction loses
-    the ratio of the two. Fewer slaves lose less, and those behind others need no blocking: of
-    a - c - b, block c alone, condense_blocked(condense_free(frf, a + c), a).
+    the ratio of the two. On lines where that is more than 1 / `HELD`, the FRFs of a system are
+    condensed by its dynamic stiffness,
+
+        [0     -L_S] [f_S]   [0  ]
+        [L_S^T  Z  ] [x  ] = [f_M],    u_M = L_M x,
+
+    and of other FRFs the `round_off` says what is left. Fewer slaves lose less, and those behind
+    others need no blocking: of a - c - b, block c alone,
+    condense_blocked(condense_free(frf, a + c), a).
 
     Parameters
     ----------
@@ -77,13 +99,15 @@ def condense_blocked(frf: Frf, masters: Iterable[str]) -> Frf:
     whole = frf.select(kept + slaves, kept + slaves)
     if not slaves:
         return whole
-    m, nf = len(kept), frf.frequency.size
-    values = np.empty((m, m, nf), dtype=complex)
-    singular = np.zeros(nf, dtype=bool)
-    for lines in _blocks(nf):
-        h = np.ascontiguousarray(whole.values[lines])
-        complement, singular[lines] = _schur_complement(h, m, _equilibrating_size(np.abs(h)))
-        values[:, :, lines] = complement.transpose(1, 2, 0)
+    found = _Blocked(whole, len(kept), np.zeros(frf.frequency.size, dtype=bool)).solve(False)
+    own = range(len(kept))
+    with np.errstate(invalid="ignore"):
+        left = np.abs(found.values[:, own, own]) < HELD * np.abs(whole.values[:, own, own])
+    held = left.any(axis=1) & isinstance(whole._origin, SystemOrigin)
+    origin = _Blocked(whole, len(kept), held)
+    if held.any():
+        found = origin.solve(False)
+    singular = ~np.isfinite(found.bound).all(axis=(1, 2))
     _refuse_singular(
         frf.frequency[singular],
         "the slaves' receptance H_SS is singular to working precision",
@@ -91,9 +115,106 @@ def condense_blocked(frf: Frf, masters: Iterable[str]) -> Frf:
         "labels of one motion, or none at all, as every mobility at 0 Hz): leave the lines out, "
         "add damping, or drop a slave with Frf.select first",
     )
-    return Frf(frf.frequency, values.transpose(2, 0, 1), kept, kept, frf.quantity)
+    small = np.asarray(np.abs(found.values) <= found.bound)
+    lost = small.all(axis=(1, 2)) & np.any(found.values != 0, axis=(1, 2))
+    if lost.any():
+        raise lost_digits(frf.frequency[lost], slaves)
+    contiguous = np.ascontiguousarray(found.values.transpose(1, 2, 0)).transpose(2, 0, 1)
+    return computed_frf(frf.frequency, contiguous, kept, kept, frf.quantity, origin=origin)
 
 
+@dataclass(frozen=True, eq=False)
+class _Blocked:
+    """The origin of FRFs whose slaves are blocked: `whole`, the first `count` labels masters.
+
+    `held` : (nf,), on which lines the dynamic stiffness of the system behind it is used
+    """
+
+    whole: Frf
+    count: int
+    held: NDArray[np.bool_]
+
+    def renamed(self, names: Mapping[str, str]) -> _Blocked:
+        return replace(self, whole=self.whole.renamed(names))
+
+    def enclose(self, frf: Frf) -> Enclosure:
+        at = np.searchsorted(self.whole.frequency, frf.frequency)
+        part = _Blocked(self.whole.at_lines(frf.frequency), self.count, self.held[at])
+        masters = self.whole.responses[: self.count]
+        i, j = (positions(some, masters, "the FRF") for some in (frf.responses, frf.excitations))
+        found = Enclosure(*(own[:, i][:, :, j] for own in part.solve(True)))
+        order = frf.quantity.derivative - self.whole.quantity.derivative
+        return differentiated(found, frf.omega, order)
+
+    def solve(self, bounded: bool) -> Enclosure:
+        """Return H_MM - H_MS H_SS^-1 H_SM on all lines; `bounded`: from the FRFs' own bound.
+
+        Without it an entry is taken to be known to 10 eps of its row and column: H_SS is then
+        singular where its inverse, equilibrated as part of H, exceeds 1 / (10 n eps).
+        """
+        m, h = self.count, self.whole.values
+        if bounded:
+            error = self.whole.round_off
+        else:
+            root = np.sqrt(equilibrating_size(np.abs(h)))
+            error = 10 * EPS * root[:, :, None] * root[:, None, :]
+        values = np.empty((len(h), m, m), dtype=complex)
+        bound = np.empty(values.shape)
+        for some, blocks in ((~self.held, None), (self.held, self._equations)):
+            for part in stretches(int(some.sum()), BLOCK):
+                lines = np.flatnonzero(some)[part]
+                known = blocks(lines) if blocks else _blocks(h[lines], error[lines], m)
+                values[lines], bound[lines] = eliminate(*known)
+        if self.held.any():
+            order = self.whole.quantity.derivative
+            omega = self.whole.omega[self.held]
+            again = Enclosure(values[self.held], bound[self.held])
+            values[self.held], bound[self.held] = differentiated(again, omega, order)
+        return Enclosure(values, bound)
+
+    def _equations(self, lines: NDArray[np.intp]) -> tuple[Blocks, Blocks]:
+        origin, m = self.whole._origin, self.count
+        assert isinstance(origin, SystemOrigin)
+        ports = origin.ports(self.whole.responses)
+        z, error = origin.dynamic_stiffness(self.whole.omega[lines])
+        s, n = len(ports) - m, z.shape[1]
+        whole = np.zeros((len(z), m + s + n, m + s + n), dtype=z.dtype)
+        known = np.zeros(whole.shape)
+        whole[:, m + s :, m + s :], known[:, m + s :, m + s :] = z, error
+        whole[:, : m + s, m + s :], whole[:, m + s :, : m + s] = -ports, ports.T
+        return _blocks(whole, known, m)
+
+
+def _blocks(matrix: NDArray[Any], error: FloatArray, m: int) -> tuple[Blocks, Blocks]:
+    """Partition matrices and their errors, masters being the first m rows and columns."""
+    first, second = (
+        Blocks(own[:, :m, :m], own[:, :m, m:], own[:, m:, :m], own[:, m:, m:])
+        for own in (matrix, error)
+    )
+    return first, second
+
+
+@dataclass(frozen=True, eq=False)
+class CondensedStiffness:
+    """What `condense_dynamic_stiffness` returns.
+
+    Parameters
+    ----------
+    frequency : array, shape (nf,), Hz
+    values : complex array, shape (nf, m, m), N/m
+        Rows and columns in the order of the masters.
+    masters : tuple of str
+    round_off : array, shape (nf, m, m)
+        Bound of the values' error, as `Frf.round_off`.
+    """
+
+    frequency: FloatArray
+    values: ComplexArray
+    masters: tuple[str, ...]
+    round_off: FloatArray
+
+
+@door
 def condense_free(frf: Frf, masters: Iterable[str]) -> Frf:
     """Leave the slaves without force: H_MM; what the paper's text above Eq. (29) assumes.
 
@@ -120,9 +241,10 @@ def condense_free(frf: Frf, masters: Iterable[str]) -> Frf:
     return frf.select(kept, kept)
 
 
+@door
 def condense_dynamic_stiffness(
     system: SecondOrderSystem, frequency: ArrayLike, masters: Iterable[str]
-) -> ComplexArray:
+) -> CondensedStiffness:
     """Leave the slaves without force: Z_MM - Z_MS Z_SS^-1 Z_SM, Z = K - w^2 M + jwC.
 
     0 = f_S = Z_SM u_M + Z_SS u_S eliminated from f_M = Z_MM u_M + Z_MS u_S (Leung 1978, An
@@ -138,13 +260,13 @@ def condense_dynamic_stiffness(
 
     Returns
     -------
-    array, shape (nf, m, m), N/m
-        Rows and columns in the order of the masters.
+    CondensedStiffness
 
     Raises
     ------
     SingularLineError
         Z_SS has no digit left on a line: an undamped pole of the system with its masters blocked.
+        Or none is left of the difference: near 0 Hz of a free system K cancels, down to -w^2 M.
     UnknownDofError, AmbiguousDofError, FbsError
     """
     axis = ascending_frequency(frequency)
@@ -154,20 +276,29 @@ def condense_dynamic_stiffness(
     order = index + [i for i in range(len(system.dofs)) if i not in index]
     m = len(kept)
     values = np.empty((axis.size, m, m), dtype=complex)
-    singular = np.zeros(axis.size, dtype=bool)
-    for lines in _blocks(axis.size):
-        z, size = _dynamic_stiffness(system, order, 2 * np.pi * axis[lines])
-        values[lines], singular[lines] = _schur_complement(z, m, size)
+    bound = np.empty(values.shape)
+    for lines in stretches(axis.size, BLOCK):
+        z, error = SystemOrigin.of(system).dynamic_stiffness(2 * np.pi * axis[lines])
+        part = np.ix_(range(len(z)), order, order)
+        values[lines], bound[lines] = eliminate(*_blocks(z[part], error[part], m))
     _refuse_singular(
-        axis[singular],
+        axis[~np.isfinite(bound).all(axis=(1, 2))],
         "the slaves' dynamic stiffness Z_SS is singular to working precision",
         "these lines lie on undamped poles of the system with its masters blocked: leave them "
         "out, add damping, or take condense_free of the receptance",
     )
+    _refuse_singular(
+        axis[np.any(np.all(np.abs(values) <= bound, axis=2), axis=1)],
+        "nothing but round-off is left of the dynamic stiffness between the masters",
+        "the stiffness of a system free to move cancels near 0 Hz: leave these lines out, or take "
+        "condense_free of the receptance",
+    )
     values /= np.outer(factor, factor)
-    return values
+    bound = bound / np.abs(np.outer(factor, factor)) + 4 * EPS * np.abs(values)
+    return CondensedStiffness(axis, sealed(values), kept, sealed(bound))
 
 
+@door
 def block_dofs(system: SecondOrderSystem, dofs: Iterable[str]) -> SecondOrderSystem:
     """Lock coordinates, u_S = 0: M, C and K without the rows and columns S.
 
@@ -237,66 +368,6 @@ def _refuse_repeated(labels: tuple[str, ...], index: list[int]) -> None:
             )
 
 
-def _blocks(count: int) -> list[slice]:
-    return [slice(start, start + BLOCK) for start in range(0, count, BLOCK)]
-
-
 def _refuse_singular(frequencies: FloatArray, reason: str, remedy: str) -> None:
     if frequencies.size:
         raise SingularLineError(frequencies, reason, remedy)
-
-
-def _dynamic_stiffness(
-    system: SecondOrderSystem, order: list[int], omega: FloatArray
-) -> tuple[ComplexArray, FloatArray]:
-    """Return Z, shape (nk, n, n), rows and columns in `order`, and the size of its terms."""
-    w = omega[:, None, None]
-    part = np.ix_(order, order)
-    elastic = system.stiffness[part] * (1.0 + 1j * system.loss_factor)
-    terms = (elastic, -(w**2) * system.mass[part], w * system.damping[part])
-    size = sum(np.abs(np.diagonal(term, axis1=-2, axis2=-1)) for term in terms)
-    return terms[0] + terms[1] + 1j * terms[2], np.asarray(size)
-
-
-def _schur_complement(
-    matrices: NDArray[Any], m: int, size: FloatArray
-) -> tuple[ComplexArray, NDArray[np.bool_]]:
-    """Return A_MM - A_MS A_SS^-1 A_SM per matrix, M the first m rows; and where A_SS is singular.
-
-    With s_i = size_i^(-1/2), the entries of s_i A_ij s_j are of order one whatever the units, and
-    A_SS is singular to working precision where the inverse of its scaled self exceeds
-    1 / (10 n eps), so that no digit is left.
-
-    Parameters
-    ----------
-    matrices : array, shape (nk, n, n)
-    m : int
-    size : array, shape (nk, n)
-    """
-    scale = np.where(size > 0, size, 1.0) ** -0.5
-    scaled = scale[:, :, None] * matrices * scale[:, None, :]
-    inverse, singular = _batched.inverse(scaled[:, m:, m:])
-    limit = 1 / (10 * matrices.shape[-1] * np.finfo(float).eps)
-    peak = np.abs(inverse).max(axis=(-2, -1), initial=0.0)
-    reaction = inverse @ scaled[:, m:, :m]
-    complement = scaled[:, :m, :m] - scaled[:, :m, m:] @ reaction
-    complement /= scale[:, :m, None] * scale[:, None, :m]
-    return complement, singular | ~(peak <= limit)  # NaN counts as singular
-
-
-def _equilibrating_size(modulus: FloatArray) -> FloatArray:
-    """Return d with max_j |A_ij| / sqrt(d_i d_j) near one for every row and column i.
-
-    Ruiz (2001), A scaling algorithm to equilibrate both rows and columns norms in matrices, RAL
-    TR-2001-034. The diagonal alone would not do: a drive point vanishes at its antiresonances.
-
-    Parameters
-    ----------
-    modulus : array, shape (nk, n, n)
-    """
-    root = np.ones(modulus.shape[:2])
-    for _ in range(SWEEPS):
-        scaled = modulus / (root[:, :, None] * root[:, None, :])
-        largest = np.maximum(scaled.max(axis=1), scaled.max(axis=2))
-        root *= np.sqrt(np.where(largest > 0, largest, 1.0))
-    return np.asarray(root**2)

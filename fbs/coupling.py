@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -13,81 +12,29 @@ from numpy.typing import NDArray
 from ._assembly import End, Layout, assemble
 from ._kernels import batched as _batched
 from ._kernels.blocks import each, stretches
-from ._kernels.checks import ComplexArray, FloatArray, read_only
+from ._kernels.checks import ComplexArray, FloatArray, sealed
+from ._kernels.door import door
 from ._kernels.joint_scaling import joint_scaling
+from ._mixed_assembly import HELD, MixedAssembly
+from .axes import require_same_frequency
 from .errors import (
     AmbiguousDofError,
     FbsError,
     JointError,
     QuantityMismatchError,
     UnknownDofError,
+    lost_digits,
     singular_kernel,
     unknown_dof,
 )
-from .frf import Frf, Quantity, computed_frf, require_same_frequency
+from .frf import Frf, Quantity, computed_frf
+from .joints import Joint, Node, ends_of
+from .second_order_system import SystemOrigin
 
 LINES = 4096
 """Lines at once of what stays in the cache."""
 
-Node = tuple[str, str]
 Groups = Mapping[Node, tuple[Node, float]]
-
-
-@dataclass(frozen=True)
-class Joint:
-    """f = (k + jwc) (n u_second - u_first), acting on `first`; k = None: u_first = n u_second.
-
-    Parameters
-    ----------
-    first, second : (substructure name, DoF label)
-    stiffness : float or None
-        N/m; None is a rigid joint. May be negative (a stiffness taken away).
-    damping : float
-        N s/m, of a flexible joint.
-    ratio : float
-        n, where the two coordinates are not measured alike: on other radii, or against each other.
-
-    Raises
-    ------
-    JointError
-        Neither stiffness nor damping, not finite, or both ends the same.
-    """
-
-    first: Node
-    second: Node
-    stiffness: float | None = None
-    damping: float = 0.0
-    ratio: float = 1.0
-
-    def __post_init__(self) -> None:
-        for end in (self.first, self.second):
-            if not (isinstance(end, tuple) and len(end) == 2):
-                raise JointError(f"a joint's end is (substructure, DoF label), got {end!r}")
-        if self.first == self.second:
-            raise JointError(f"{self}: both ends are the same")
-        if not np.isfinite(self.ratio) or self.ratio == 0:
-            raise JointError(f"{self}: the ratio must be finite and not 0, got {self.ratio}")
-        if self.rigid:
-            if self.damping != 0:
-                raise JointError(f"{self}: a rigid joint (stiffness None) takes no damping")
-        elif not all(map(math.isfinite, (self.stiffness or 0.0, self.damping))):
-            raise JointError(f"{self}: stiffness and damping must be finite; None is rigid")
-        elif self.stiffness == 0 and self.damping == 0:
-            raise JointError(f"{self}: no stiffness and no damping joins nothing; leave it out")
-
-    @property
-    def rigid(self) -> bool:
-        """Whether both ends move as one."""
-        return self.stiffness is None
-
-    def dynamic_stiffness(self, omega: FloatArray) -> ComplexArray:
-        """Return Z = k + jwc, shape (nf,), N/m; a rigid joint has none."""
-        if self.stiffness is None:
-            raise JointError(f"{self} is rigid")
-        return np.asarray(self.stiffness + 1j * omega * self.damping)
-
-    def __str__(self) -> str:
-        return f"joint {'.'.join(self.first)} - {'.'.join(self.second)}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,8 +47,7 @@ class CoupledFrf:
         Of the assembly; each label once.
     kernel_condition : array, shape (nf,)
         How many times larger a relative error of the substructures' interface FRFs is in the
-        joint forces. (Where Y_c is much smaller than Y, as for a free stage near 0 Hz that the
-        joints hold, the subtraction loses the ratio of the two on top.)
+        joint forces. What the subtraction loses on top is in `round_off`.
     joints : tuple of Joint
     """
 
@@ -109,7 +55,19 @@ class CoupledFrf:
     kernel_condition: FloatArray
     joints: tuple[Joint, ...]
 
+    @property
+    def held(self) -> Mapping[str, NDArray[np.bool_]]:
+        """On which lines a part was coupled by its dynamic stiffness, (nf,) each."""
+        assert isinstance(self.frf._origin, MixedAssembly)
+        return self.frf._origin.held
 
+    @property
+    def round_off(self) -> FloatArray:
+        """Bound of the FRF's error, shape (nf, n_response, n_excitation); see `Frf.round_off`."""
+        return self.frf.round_off
+
+
+@door
 def couple(
     substructures: Mapping[str, Frf],
     joints: Sequence[Joint],
@@ -128,6 +86,10 @@ def couple(
     u_A = u_B asks for the minus sign, and without it every FRF between A and B changes sign. For
     flexible joints its kernel is (A_H_cc + B_H_cc + K_s^-1)^-1, inverted as a whole; the printed
     formula lacks that inverse.
+
+    A part that the joints hold to less than `HELD` of its receptance at one of them, as a free
+    light part on a stiff one, is coupled by its dynamic stiffness on these lines, if its FRFs are
+    those of a system, see `MixedAssembly`: the difference Y - Y B^T (...) B Y loses |Y| / |Y_c|.
 
     Parameters
     ----------
@@ -151,30 +113,85 @@ def couple(
     SingularLineError
         The kernel has no digit left on a line: an undamped pole of the assembly, or a motion
         that no substructure resists.
+        Or the joints hold a part so much that nothing is left of the difference.
     JointError
         A rigid joint that follows from the others.
     AmbiguousDofError, UnknownDofError, AxisMismatchError, QuantityMismatchError
     """
     axis, quantity = _common_axis(substructures)
+    joints = tuple(joints)
     for joint in joints:
         _require_interface(joint, substructures)
-    groups = _rigid_groups(joints)
-    _refuse_ambiguous(substructures, groups)
+    refuse_ambiguous(
+        {name: dict.fromkeys(f.responses + f.excitations) for name, f in substructures.items()},
+        rigid_groups(joints),
+    )
     layout = Layout.of(substructures, responses, excitations)
     interface = _Interface(
         {name: frf.values.transpose(1, 2, 0) for name, frf in substructures.items()},
         {name: _ends(name, frf, joints) for name, frf in substructures.items()},
-        tuple(joints),
+        joints,
     )
-    inverse, condition = interface.inverted_kernel(2 * np.pi * axis, quantity)
-    singular = ~(condition <= 1 / (10 * np.finfo(float).eps))
+    kernel = interface.inverted_kernel(2 * np.pi * axis, quantity)
+    singular = ~(kernel.condition <= 1 / (10 * np.finfo(float).eps))
     if singular.any():
         raise singular_kernel(axis[singular], "coupling")
-    values, finite = assemble(layout, interface.frfs, interface.ends, inverse)
+    values, finite = assemble(layout, interface.frfs, interface.ends, kernel.inverse)
+    held = {name: kernel.held[k] for k, name in enumerate(substructures)}
+    origin = _origin(axis, substructures, joints, held)
+    lines = np.flatnonzero(kernel.held.any(axis=0))
+    if lines.size:
+        _refuse_lost(origin, substructures, held, axis[lines])
+        again = origin.receptances(axis[lines], layout.responses, layout.excitations, False).values
+        again *= (2j * np.pi * axis[lines, None, None]) ** quantity.derivative
+        values[:, :, lines] = again.transpose(1, 2, 0)
+        finite = finite and bool(np.isfinite(again).all())
     frf = computed_frf(
-        axis, values.transpose(2, 0, 1), layout.responses, layout.excitations, quantity, finite
+        axis,
+        values.transpose(2, 0, 1),
+        layout.responses,
+        layout.excitations,
+        quantity,
+        finite,
+        origin,
     )
-    return CoupledFrf(frf, read_only(condition), tuple(joints))
+    return CoupledFrf(frf, sealed(kernel.condition), joints)
+
+
+def _origin(
+    axis: FloatArray,
+    substructures: Mapping[str, Frf],
+    joints: tuple[Joint, ...],
+    held: Mapping[str, NDArray[np.bool_]],
+) -> MixedAssembly:
+    """Return how the assembly is computed again, held parts by their dynamic stiffness if known."""
+    possible = {
+        name: lines & isinstance(substructures[name]._origin, SystemOrigin)
+        for name, lines in held.items()
+    }
+    return MixedAssembly(axis, substructures, joints, possible)
+
+
+def _refuse_lost(
+    origin: MixedAssembly,
+    substructures: Mapping[str, Frf],
+    held: Mapping[str, NDArray[np.bool_]],
+    axis: FloatArray,
+) -> None:
+    """Refuse lines where a joint's motion is no more than round-off, the parts' last digit's.
+
+    Its bound must be below the largest response of that end to any force on the parts.
+    """
+    parts = [name for name, lines in held.items() if lines.any()]
+    ends = [(name, label) for name in parts for _, label, _ in ends_of(name, origin.joints)]
+    rows = tuple(dict.fromkeys(label for _, label in ends))
+    columns = tuple(dict.fromkeys(c for part in substructures.values() for c in part.excitations))
+    found = origin.receptances(axis, rows, columns, False)
+    size = np.abs(found.values).max(axis=2)
+    own = [columns.index(label) for label in rows]
+    lost = ~(found.bound[:, range(len(rows)), own] < size).all(axis=1)
+    if lost.any():
+        raise lost_digits(axis[lost], parts)
 
 
 def _common_axis(substructures: Mapping[str, Frf]) -> tuple[FloatArray, Quantity]:
@@ -213,10 +230,13 @@ def _require_interface(joint: Joint, substructures: Mapping[str, Frf]) -> None:
             raise unknown_dof(label, labels, f"{joint}: substructure {name!r}")
 
 
-def _rigid_groups(joints: Sequence[Joint]) -> dict[Node, tuple[Node, float]]:
+def rigid_groups(joints: Sequence[Joint]) -> dict[Node, tuple[Node, float]]:
     """Return (representative, multiple of its motion) for every rigidly tied node.
 
-    A tie that closes a ring is refused.
+    Raises
+    ------
+    JointError
+        A tie that closes a ring.
     """
     parent: dict[Node, tuple[Node, float]] = {}
 
@@ -241,10 +261,16 @@ def _rigid_groups(joints: Sequence[Joint]) -> dict[Node, tuple[Node, float]]:
     return {node: root(node) for node in parent}
 
 
-def _refuse_ambiguous(substructures: Mapping[str, Frf], groups: Groups) -> None:
+def refuse_ambiguous(labels: Mapping[str, Iterable[str]], groups: Groups) -> None:
+    """Refuse a label that several substructures have and that is not one motion.
+
+    Raises
+    ------
+    AmbiguousDofError
+    """
     owner: dict[str, str] = {}
-    for name, frf in substructures.items():
-        for label in dict.fromkeys(frf.responses + frf.excitations):
+    for name, own in labels.items():
+        for label in own:
             other = owner.setdefault(label, name)
             if other == name:
                 continue
@@ -260,10 +286,20 @@ def _ends(name: str, frf: Frf, joints: Sequence[Joint]) -> list[End]:
     """Return the entries of B in a substructure."""
     return [
         End(k, frf.responses.index(label), frf.excitations.index(label), sign)
-        for k, joint in enumerate(joints)
-        for (owner, label), sign in ((joint.first, 1.0), (joint.second, -joint.ratio))
-        if owner == name
+        for k, label, sign in ends_of(name, joints)
     ]
+
+
+@dataclass(frozen=True, eq=False)
+class _Kernel:
+    """What is known of B Y B^T + 1/Z on all lines.
+
+    inverse : (nj, nj, nf); condition : (nf,); held : (n_part, nf), see `HELD`
+    """
+
+    inverse: ComplexArray
+    condition: FloatArray
+    held: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -274,21 +310,37 @@ class _Interface:
     ends: dict[str, list[End]]
     joints: tuple[Joint, ...]
 
-    def inverted_kernel(
-        self, omega: FloatArray, quantity: Quantity
-    ) -> tuple[ComplexArray, FloatArray]:
-        """Return (B Y B^T + 1/Z)^-1, shape (nj, nj, nf), and its condition, shape (nf,)."""
+    def inverted_kernel(self, omega: FloatArray, quantity: Quantity) -> _Kernel:
+        """Invert the kernel and see which parts it holds, some lines at a time."""
         count = len(self.joints)
         inverse = np.empty((count, count, omega.size), dtype=complex)
         condition = np.ones(omega.size)
+        held = np.zeros((len(self.frfs), omega.size), dtype=bool)
 
         def invert(lines: slice) -> None:
             found = self._inverted(omega[lines], lines, quantity)
             inverse[:, :, lines], condition[lines] = found
+            for row, name in zip(held, self.frfs, strict=True):
+                row[lines] = self._is_held(name, lines, inverse[:, :, lines])
 
         if count:
             each(invert, stretches(omega.size, LINES), inverse.nbytes)
-        return inverse, condition
+        return _Kernel(inverse, condition, held)
+
+    def _is_held(self, name: str, lines: slice, inverse: ComplexArray) -> NDArray[np.bool_]:
+        """Whether |Y_c| < `HELD` |Y| at one of a part's joints."""
+        held = np.zeros(lines.stop - lines.start, dtype=bool)
+        ends, frf = self.ends[name], self.frfs[name][:, :, lines]
+        for at in ends:
+            own = frf[at.response, at.excitation]
+            taken = np.zeros(held.size, dtype=complex)
+            for one, other in product(ends, repeat=2):
+                gain = one.sign * other.sign * inverse[one.joint, other.joint]
+                taken += (
+                    frf[at.response, one.excitation] * gain * frf[other.response, at.excitation]
+                )
+            held |= np.abs(own - taken) < HELD * np.abs(own)
+        return held
 
     def _inverted(
         self, omega: FloatArray, lines: slice, quantity: Quantity

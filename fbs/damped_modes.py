@@ -8,11 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._kernels.blas_threads import blas_for
-from ._kernels.checks import ComplexArray, FloatArray, read_only
+from ._kernels.checks import ComplexArray, FloatArray, read_only, require_type
+from ._kernels.door import door
+from ._kernels.elimination import EPS
 from ._representation import MOST, counted, html_table
-from .errors import DefectiveModesError
+from .errors import AxisMismatchError, DefectiveModesError
 from .second_order_system import SecondOrderSystem
-from .undamped_modes import EPS, RealModes, real_modes
+from .undamped_modes import OWN, RealModes, real_modes, require_own
 
 PROPORTIONAL_TOLERANCE = 1e-11
 """Of |G_ij| / sqrt(G_ii G_jj), G = Phi^T C Phi. At resonance of modes i and j the neglected G_ij
@@ -109,6 +111,41 @@ def rayleigh_coefficients(system: SecondOrderSystem) -> tuple[float, float] | No
     return float(found[0]), float(found[1])
 
 
+def require_own_pairs(system: SecondOrderSystem, modes: ComplexModes) -> None:
+    """Refuse complex modes that are not those of this system; see `require_own`.
+
+    Row by row, (s_k^2 M + s_k C + K (1 + j eta)) (a_k + b_k / s_k) = 0 for a combination of all k.
+
+    Raises
+    ------
+    AxisMismatchError
+    """
+    require_type(modes, ComplexModes, "the modes")
+    if modes.dofs != system.dofs:
+        raise AxisMismatchError("the modes belong to another system: their dofs differ")
+    moving = modes.poles != 0
+    s = modes.poles[moving]
+    if not s.size:
+        return
+    u = modes.elastic_shapes[:, moving] + modes.rigid_shapes[:, moving] / s
+    u = u / np.abs(u).max(axis=0) / np.maximum(np.abs(s), float(np.median(np.abs(s))))
+    terms = [
+        (system.mass, s**2),
+        (system.damping, s),
+        (system.stiffness, np.full(s.size, 1 + 1j * system.loss_factor)),
+    ]
+    c = np.random.default_rng(0).uniform(0.5, 1.0, s.size)
+    force = sum(matrix @ (u @ (c * power)) for matrix, power in terms)
+    size = sum(np.abs(matrix) @ (np.abs(u) @ (c * np.abs(power))) for matrix, power in terms)
+    root = np.sqrt(np.where(size > 0, np.abs(np.diag(system.stiffness)) + EPS * size, 1.0))
+    if (np.abs(force) > OWN * (size + 1e-3 * root * (size / root).max())).any():
+        raise AxisMismatchError(
+            "the modes belong to another system: with this one's matrices they do not solve "
+            "(s^2 M + s C + K (1 + j eta)) u = 0"
+        )
+
+
+@door
 def complex_modes(system: SecondOrderSystem, modes: RealModes | None = None) -> ComplexModes:
     """Solve (s^2 M + s C + K (1 + j eta)) u = 0 as the state (W q, q') of the undamped modes.
 
@@ -170,6 +207,8 @@ def state_space(system: SecondOrderSystem, modes: RealModes | None = None) -> St
     ------
     IndefiniteMassError, IndefiniteStiffnessError
     """
+    if modes is not None:
+        require_own(system, modes)
     real = real_modes(system) if modes is None else modes
     real = _split_undamped_rigid(real, system.damping)
     gamma = modal_damping(real, system.damping)

@@ -37,8 +37,9 @@ import numpy as np
 
 from ._kernels import batched
 from ._kernels.checks import ComplexArray, FloatArray, positions, read_only, unique_labels
+from .axes import require_same_frequency
 from .errors import FbsError, QuantityMismatchError, SingularLineError
-from .frf import Frf, require_same_frequency
+from .frf import Frf
 
 EPS = float(np.finfo(float).eps)
 Form = Literal["standard", "mixed", "extended"]

@@ -112,6 +112,17 @@ def singular_kernel(frequencies: ArrayLike, whose: str) -> SingularLineError:
     )
 
 
+def lost_digits(frequencies: ArrayLike, parts: Iterable[str]) -> SingularLineError:
+    """Build the error for lines where a difference of parts' FRFs keeps no digit."""
+    return SingularLineError(
+        frequencies,
+        f"the joints hold {' or '.join(map(repr, parts))} so much that nothing but round-off is "
+        "left of the difference between its FRFs and what the joints take from them",
+        "leave these lines out, or let the part's FRFs be made from its system (direct_frf, "
+        "synthesize): its dynamic stiffness keeps the digits",
+    )
+
+
 def _listing(known: Sequence[str]) -> str:
     shown = ", ".join(known[:8]) + (", ..." if len(known) > 8 else "")
     return f"it has {shown or 'none'}"

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import TYPE_CHECKING
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -13,12 +14,18 @@ from ._kernels.checks import (
     ComplexArray,
     FloatArray,
     ascending_frequency,
+    frozen,
+    numbers,
     positions,
-    read_only,
+    require_type,
+    sealed,
     unique_labels,
 )
+from ._kernels.door import door
+from ._kernels.elimination import EPS, Enclosure
 from ._kernels.finite import surely_finite
 from ._representation import html_table, listing, spanned
+from .axes import require_same_frequency
 from .errors import (
     AxisMismatchError,
     FbsError,
@@ -64,9 +71,23 @@ def as_quantity(quantity: Quantity | str) -> Quantity:
     """
     try:
         return Quantity(quantity)
-    except ValueError:
+    except (ValueError, TypeError):
         allowed = ", ".join(Quantity)
         raise QuantityMismatchError(f"quantity {quantity!r} is none of {allowed}") from None
+
+
+class Origin(Protocol):
+    """How an FRF came about: what can compute it again, and bound its error."""
+
+    def enclose(self, frf: Frf) -> Enclosure:
+        """Return an FRF's values again, (nf, n_response, n_excitation), by arithmetic with a bound.
+
+        Of its lines and labels, which may be some of those it was made with.
+        """
+
+    @door
+    def renamed(self, names: Mapping[str, str]) -> Origin:
+        """Return the origin of the FRF with labels replaced: {old: new}."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,8 +99,9 @@ class Frf:
     frequency : array, shape (nf,), Hz
         Strictly ascending, >= 0.
     values : complex array, shape (nf, n_response, n_excitation)
-        m/N, m/(N s) or m/(N s^2), as `quantity` says. Any memory order is kept and never
-        copied; frequency-contiguous is the fast one.
+        m/N, m/(N s) or m/(N s^2), as `quantity` says. Any memory order is kept;
+        frequency-contiguous is the fast one. Copied, unless nobody can write to it any more
+        (an array made read-only with `setflags`).
     responses, excitations : tuple of str
         Labels of the degrees of freedom.
     quantity : Quantity
@@ -94,6 +116,7 @@ class Frf:
     responses: tuple[str, ...]
     excitations: tuple[str, ...]
     quantity: Quantity = Quantity.RECEPTANCE
+    _origin: Origin | None = field(default=None, init=False)
 
     __array_ufunc__ = None  # so that numpy_scalar * frf comes to __rmul__
 
@@ -101,10 +124,17 @@ class Frf:
         self._settle()
         _refuse_non_finite(self.frequency, self.values, self.responses, self.excitations)
 
+    def __reduce__(self) -> tuple[Any, ...]:  # what comes out of a pickle is checked like the rest
+        return _traced_frf, (self._origin, *self._given)
+
+    @property
+    def _given(self) -> tuple[Any, ...]:
+        return self.frequency, self.values, self.responses, self.excitations, self.quantity
+
     def _settle(self) -> None:
         """Check and freeze everything, but do not read the values."""
         axis = ascending_frequency(self.frequency)
-        values = np.asarray(self.values, dtype=complex)
+        values = frozen(numbers(self.values, "the FRF's values", complex))
         responses = unique_labels(self.responses, "the responses")
         excitations = unique_labels(self.excitations, "the excitations")
         expected = (axis.size, len(responses), len(excitations))
@@ -114,8 +144,8 @@ class Frf:
                 f"responses and {expected[2]} excitations need {expected}"
             )
         for name, value in (
-            ("frequency", read_only(axis)),
-            ("values", read_only(values)),
+            ("frequency", axis),
+            ("values", values),
             ("responses", responses),
             ("excitations", excitations),
             ("quantity", as_quantity(self.quantity)),
@@ -139,6 +169,29 @@ class Frf:
         """Angular frequency, rad/s."""
         return 2 * np.pi * self.frequency
 
+    @cached_property
+    def round_off(self) -> FloatArray:
+        """Bound of |H - H_exact|, shape (nf, n_response, n_excitation); computed when asked for.
+
+        H_exact is what exact arithmetic makes of the matrices, or FRFs, that the FRF was computed
+        from, each entry of which may be off by its last digit. The FRF is computed again in a way
+        that bounds its own error (see `eliminate`), from the parts' bounds if it is coupled:
+
+            round_off = |H - H_again| + bound of |H_again - H_exact|.
+
+        It is infinite where there is no bound: the line cannot be told from one where no finite
+        FRF exists. An FRF given as an array is taken at its word, to its last digit: eps |H|.
+        Truncation and measurement are not round-off and have no part in it.
+        """
+        if self._origin is None:
+            return sealed(np.asarray(EPS * np.abs(self.values)))
+        values, bound = self._origin.enclose(self)
+        with np.errstate(invalid="ignore"):
+            total = (np.abs(self.values - values) + bound) * (1 + 4 * EPS)
+        total[np.isnan(total)] = np.inf
+        return sealed(total)
+
+    @door
     def select(
         self, responses: Iterable[str] | None = None, excitations: Iterable[str] | None = None
     ) -> Frf:
@@ -149,14 +202,28 @@ class Frf:
         j = positions(columns, self.excitations, "the FRF's excitations")
         # gathered with frequency last, so that the copy is frequency-contiguous
         part = self.values.transpose(1, 2, 0)[np.ix_(i, j)].transpose(2, 0, 1)
-        return replace(self, values=part, responses=rows, excitations=columns)
+        return self._made(True, self._origin, values=part, responses=rows, excitations=columns)
 
+    def _made(self, finite: bool, origin: Origin | None, **changes: Any) -> Frf:
+        """Return the FRF with some things in other ones' place, the values handed over."""
+        given = {name: changes.get(name, getattr(self, name)) for name in _GIVEN}
+        return computed_frf(**given, finite=finite, origin=origin)
+
+    def at_lines(self, frequency: FloatArray) -> Frf:
+        """Return some of the lines; all of `frequency` must be lines of this FRF."""
+        if frequency is self.frequency or np.array_equal(frequency, self.frequency):
+            return self
+        values = self.values[np.searchsorted(self.frequency, frequency)]
+        return self._made(True, self._origin, frequency=frequency, values=values)
+
+    @door
     def between(self, response: str, excitation: str) -> ComplexArray:
         """Return H[:, response, excitation], shape (nf,)."""
         i = positions([response], self.responses, "the FRF's responses")[0]
         j = positions([excitation], self.excitations, "the FRF's excitations")[0]
         return self.values[:, i, j]
 
+    @door
     def to(self, quantity: Quantity | str) -> Frf:
         """Return the same FRF as another quantity: H (jw)^n, n derivatives further.
 
@@ -175,7 +242,8 @@ class Frf:
                 "leave that line out, e.g. with band"
             )
         factor = (1j * self.omega) ** order
-        return replace(self, values=self.values * factor[:, None, None], quantity=target)
+        values = self.values * factor[:, None, None]
+        return self._made(False, self._origin, values=values, quantity=target)
 
     def magnitude_db(self) -> FloatArray:
         """Return 20 log10 |H|, dB re 1 unit; -inf where H is zero."""
@@ -214,16 +282,19 @@ class Frf:
 
     def renamed(self, names: Mapping[str, str]) -> Frf:
         """Return the same FRF with labels replaced: {old: new}."""
+        require_type(names, Mapping, "the names")
         known = tuple(dict.fromkeys(self.responses + self.excitations))
         for label in names:
             if label not in known:
                 raise unknown_dof(label, known, "the FRF")
-        return replace(
-            self,
+        return self._made(
+            True,
+            self._origin.renamed(names) if self._origin else None,
             responses=tuple(names.get(label, label) for label in self.responses),
             excitations=tuple(names.get(label, label) for label in self.excitations),
         )
 
+    @door
     def band(self, fmin: float = 0.0, fmax: float = np.inf) -> Frf:
         """Return the lines fmin <= f <= fmax (Hz)."""
         first = int(np.searchsorted(self.frequency, fmin, side="left"))
@@ -233,90 +304,70 @@ class Frf:
                 f"no line between {fmin:.10g} and {fmax:.10g} Hz; the axis runs from "
                 f"{self.frequency[0]:.10g} to {self.frequency[-1]:.10g} Hz"
             )
-        return replace(self, frequency=self.frequency[first:last], values=self.values[first:last])
+        return self._made(
+            True,
+            self._origin,
+            frequency=self.frequency[first:last],
+            values=self.values[first:last],
+        )
 
     def __add__(self, other: Frf) -> Frf:
         if not isinstance(other, Frf):
             return NotImplemented
-        require_same_layout(self, other)
-        return replace(self, values=self.values + other.values)
+        return _combined((1.0, self), (1.0, other))
 
     def __sub__(self, other: Frf) -> Frf:
         if not isinstance(other, Frf):
             return NotImplemented
-        require_same_layout(self, other)
-        return replace(self, values=self.values - other.values)
+        return _combined((1.0, self), (-1.0, other))
 
     def __neg__(self) -> Frf:
-        return replace(self, values=-self.values)
+        return _combined((-1.0, self))
 
     def __mul__(self, factor: complex) -> Frf:
-        if not np.isscalar(factor) or isinstance(factor, str):
+        if not np.isscalar(factor) or isinstance(factor, (str, bytes)):
             return NotImplemented
-        return replace(self, values=self.values * complex(factor))
+        return _combined((complex(factor), self))
 
     __rmul__ = __mul__
 
 
-def frequency_axis(fmin: float, fmax: float, df: float) -> FloatArray:
-    """Return f_k = k df from fmin to fmax, both included (Hz).
-
-    Every line is an exact multiple of df, rounded once. fmin and fmax must be multiples of df, to
-    a relative 1e-9: a smaller difference is the round-off of decimal input, not intent.
-
-    Raises
-    ------
-    FbsError
-        Not finite, df <= 0, fmin < 0, fmax < fmin, or limits that are no multiples of df.
-    """
-    first, last = axis_ends(fmin, fmax, df)
-    steps = np.arange(first, last + 1)
-    # dividing by the whole number of lines per Hz rounds once; 0.1 * 3 would round twice
-    per_hertz = round(1 / df)
-    if per_hertz and abs(per_hertz * df - 1) < 1e-12:
-        return np.asarray(steps / per_hertz)
-    return np.asarray(steps * df)
+_GIVEN = ("frequency", "values", "responses", "excitations", "quantity")
 
 
-def axis_ends(fmin: float, fmax: float, df: float) -> tuple[int, int]:
-    """Return the k of the first and the last line of `frequency_axis`, and make no axis.
+@dataclass(frozen=True, eq=False)
+class _Combination:
+    """The origin of a sum of FRFs with factors."""
 
-    Raises
-    ------
-    FbsError
-        As there.
-    """
-    if not np.isfinite([fmin, fmax, df]).all():
-        raise FbsError(f"fmin, fmax and df must be finite, got {fmin}, {fmax}, {df}")
-    if df <= 0:
-        raise FbsError(f"df must be positive, got {df:.10g} Hz")
-    if fmin < 0 or fmax < fmin:
-        raise FbsError(f"need 0 <= fmin <= fmax, got fmin {fmin:.10g} and fmax {fmax:.10g} Hz")
-    highest = max(fmax, 1.0)
-    if highest / df > 2.0**53:  # k is no longer exact
-        raise FbsError(f"df = {df:.10g} Hz is too small for lines up to {highest:.10g} Hz")
-    for name, limit in (("fmin", fmin), ("fmax", fmax)):
-        if abs(limit / df - round(limit / df)) > 1e-9 * max(1.0, limit / df):
-            raise FbsError(f"{name} = {limit:.10g} Hz is no multiple of df = {df:.10g} Hz")
-    return round(fmin / df), round(fmax / df)
+    terms: tuple[tuple[complex, Frf], ...]
+
+    def enclose(self, frf: Frf) -> Enclosure:
+        values = np.zeros(frf.values.shape, dtype=complex)
+        bound = np.zeros(frf.values.shape)
+        for factor, term in self.terms:
+            part = term.select(frf.responses, frf.excitations).at_lines(frf.frequency)
+            part = part.to(frf.quantity)
+            values += factor * part.values
+            bound += abs(factor) * (part.round_off + 8 * EPS * np.abs(part.values))
+        return Enclosure(values, bound)
+
+    def renamed(self, names: Mapping[str, str]) -> _Combination:
+        def own(term: Frf) -> dict[str, str]:
+            known = term.responses + term.excitations
+            return {old: new for old, new in names.items() if old in known}
+
+        return _Combination(tuple((factor, term.renamed(own(term))) for factor, term in self.terms))
 
 
-def require_same_frequency(first: FloatArray, second: FloatArray, what: str) -> None:
-    """Refuse two frequency axes that differ, naming the first line that does.
-
-    Raises
-    ------
-    AxisMismatchError
-    """
-    if first.size != second.size:
-        raise AxisMismatchError(f"{what}: {first.size} lines against {second.size}")
-    differing = np.flatnonzero(first != second)
-    if differing.size:
-        line = int(differing[0])
-        raise AxisMismatchError(
-            f"{what}: line {line} is {first[line]:.12g} Hz in one and {second[line]:.12g} Hz "
-            "in the other"
-        )
+def _combined(*terms: tuple[complex, Frf]) -> Frf:
+    (factor, first), *others = terms
+    for _, other in others:
+        require_same_layout(first, other)
+    values = first.values if factor == 1 else -first.values if factor == -1 else None
+    values = first.values * factor if values is None else values
+    for factor, other in others:
+        values = values + other.values if factor == 1 else values - other.values
+    return first._made(False, _Combination(terms), values=values)
 
 
 def require_same_layout(first: Frf, second: Frf) -> None:
@@ -343,21 +394,29 @@ def computed_frf(
     values: ComplexArray,
     responses: tuple[str, ...],
     excitations: tuple[str, ...],
-    quantity: Quantity,
-    finite: bool,
+    quantity: Quantity = Quantity.RECEPTANCE,
+    finite: bool = False,
+    origin: Origin | None = None,
 ) -> Frf:
-    """Return an Frf whose values are not read again if its maker has found them `finite`.
+    """Return an Frf of values just made, which are handed over: they are not copied.
 
-    To read the result once more from memory takes half as long as to write it: whoever computes it
-    sums up the squares of each block while that is in the cache.
+    Nor are they read again if their maker has found them `finite`: to read the result once more
+    from memory takes half as long as to write it, and whoever computes it sums up the squares of
+    each block while that is in the cache.
     """
-    if not finite:
-        return Frf(frequency, values, responses, excitations, quantity)
-    frf = object.__new__(Frf)
-    given = (frequency, values, responses, excitations, quantity)
-    for known, value in zip(fields(Frf), given, strict=True):
-        object.__setattr__(frf, known.name, value)
+    frf: Frf = object.__new__(Frf)
+    given = (frequency, sealed(values), responses, excitations, quantity)
+    for name, value in zip((*_GIVEN, "_origin"), (*given, origin), strict=True):
+        object.__setattr__(frf, name, value)
     frf._settle()
+    if not finite:
+        _refuse_non_finite(frf.frequency, frf.values, frf.responses, frf.excitations)
+    return frf
+
+
+def _traced_frf(origin: Origin | None, *given: Any) -> Frf:
+    frf = Frf(*given)
+    object.__setattr__(frf, "_origin", origin)
     return frf
 
 

@@ -10,12 +10,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._kernels.blocks import stretches
 from ._kernels.checks import ComplexArray, FloatArray, ascending_frequency
+from ._kernels.door import door
+from ._kernels.elimination import EPS
 from .damped_modes import is_proportional, modal_damping
 from .errors import undamped_pole
-from .frf import Frf
+from .frf import Frf, computed_frf
 from .modal_synthesis import modal_frf
-from .second_order_system import SecondOrderSystem
-from .undamped_modes import EPS, RealModes, real_modes
+from .second_order_system import SecondOrderSystem, SystemOrigin
+from .undamped_modes import RealModes, real_modes
 
 GAINS = 2**15
 """Gains of modes at once: real and imaginary ones, and what they are made of, stay in cache."""
@@ -112,6 +114,7 @@ class InterfaceModes:
                     out[b, a, lines] = out[a, b, lines]
 
 
+@door
 def interface_frf(
     system: SecondOrderSystem,
     frequency: ArrayLike,
@@ -141,7 +144,8 @@ def interface_frf(
     modes.refuse_poles(axis)
     values = np.empty((len(rows), len(columns), axis.size), dtype=complex)
     modes.write(2 * np.pi * axis, values)
-    return Frf(axis, values.transpose(2, 0, 1), rows, columns)
+    origin = SystemOrigin.of(system)
+    return computed_frf(axis, values.transpose(2, 0, 1), rows, columns, origin=origin)
 
 
 def _moving(modes: RealModes, asked: list[int]) -> NDArray[np.intp]:

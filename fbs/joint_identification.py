@@ -26,8 +26,9 @@ from scipy.stats import norm
 
 from ._kernels import batched
 from ._kernels.checks import ComplexArray, FloatArray
+from .axes import require_same_frequency
 from .errors import FbsError, SingularLineError
-from .frf import Frf, Quantity, require_same_frequency
+from .frf import Frf, Quantity
 
 EPS = float(np.finfo(float).eps)
 CONFIDENCE = 0.95

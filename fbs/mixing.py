@@ -29,8 +29,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ._kernels.checks import ComplexArray, FloatArray, positions, unique_labels
+from .axes import require_same_frequency
 from .errors import FbsError
-from .frf import Frf, require_same_frequency
+from .frf import Frf
 from .metrics import coherence_criterion
 from .undamped_modes import RealModes
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._kernels.checks import ComplexArray, FloatArray, read_only
+from ._kernels.door import door
+from ._kernels.elimination import EPS, Enclosure
 from ._kernels.weighted_sum import Gains, WeightedSum
 from ._systems import Target
 from .damped_modes import (
@@ -17,12 +19,13 @@ from .damped_modes import (
     is_proportional,
     modal_damping,
     rayleigh_coefficients,
+    require_own_pairs,
 )
-from .errors import AxisMismatchError, FbsError, undamped_pole
-from .frf import Frf, Quantity, computed_frf
+from .errors import FbsError, undamped_pole
+from .frf import Frf, Origin, Quantity, computed_frf
 from .modal_truncation import TruncatedModes
-from .second_order_system import SecondOrderSystem
-from .undamped_modes import EPS, RealModes, real_modes
+from .second_order_system import SecondOrderSystem, SystemOrigin
+from .undamped_modes import RealModes, real_modes, require_own
 
 __all__ = [
     "ComplexModes",
@@ -35,6 +38,7 @@ __all__ = [
 ]
 
 
+@door
 def modal_frf(
     system: SecondOrderSystem,
     frequency: ArrayLike,
@@ -73,20 +77,72 @@ def modal_frf(
     DefectiveModesError, IndefiniteStiffnessError, IndefiniteMassError, UnknownDofError, FbsError
     """
     target = Target.of(system, frequency, responses, excitations, quantity)
-    if modes is not None and modes.dofs != system.dofs:
-        raise AxisMismatchError("the modes belong to another system: their dofs differ")
     if isinstance(modes, ComplexModes):
+        require_own_pairs(system, modes)
         return _complex_sum(modes, system, target)
-    residuals = modes.residuals if isinstance(modes, TruncatedModes) else ()
+    residuals: tuple[FloatArray, ...] = ()
+    if isinstance(modes, TruncatedModes):
+        residuals = modes.residuals
+        if residuals:
+            _require_convergence(target.axis, modes.series_limit)
     given = modes.kept if isinstance(modes, TruncatedModes) else modes
-    real = real_modes(system) if given is None else given
+    if given is None:
+        real = real_modes(system)
+    else:
+        require_own(system, given)
+        real = given
     damping = modal_damping(real, system.damping)
     if residuals or is_proportional(damping):
         terms = [_modal_terms(real, np.diag(damping), system.loss_factor, target)]
         if residuals:
             terms.append(_residual_terms(residuals, system, target))
-        return _sum(terms, target, all(_is_symmetric(r) for r in residuals))
+        origin: Origin = SystemOrigin.of(system)
+        if residuals or real.angular_frequency.size < len(system.dofs):
+            origin = _Truncation(SystemOrigin.of(system), real, damping, residuals)
+        return _sum(terms, target, all(_is_symmetric(r) for r in residuals), origin)
     return _complex_sum(complex_modes(system, real), system, target)
+
+
+def _require_convergence(axis: FloatArray, limit: float) -> None:
+    beyond = axis >= limit
+    if beyond.any():
+        raise FbsError(
+            f"the residuals' series diverges from the first left-out mode on, {limit:.10g} Hz, and "
+            f"{beyond.sum()} of the lines lie there, from {axis[beyond][0]:.10g} Hz on: keep more "
+            "modes, or leave these lines out"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _Truncation:
+    """The origin of a sum over some of the modes: its round-off, the modes being taken as given.
+
+    A term is known to gamma (1 + (w_r^2 + w^2) / |w_r^2 mu - w^2 + ...|), gamma = (n + 8) eps.
+    """
+
+    of: SystemOrigin
+    modes: RealModes
+    damping: FloatArray
+    residuals: tuple[FloatArray, ...]
+
+    def renamed(self, names: Mapping[str, str]) -> _Truncation:
+        return _Truncation(self.of.renamed(names), self.modes, self.damping, self.residuals)
+
+    def enclose(self, frf: Frf) -> Enclosure:
+        left, right = (np.abs(self.of.ports(some)) for some in (frf.responses, frf.excitations))
+        shapes, wr = np.abs(self.modes.shapes), self.modes.angular_frequency[:, None]
+        w, gamma = frf.omega, (len(shapes) + len(self.residuals) + 8) * EPS
+        loss = self.of.system.loss_factor * wr**2 + np.diag(self.damping)[:, None] * w
+        distance = np.abs((wr - w) * (wr + w) + 1j * loss)
+        gain = (1 + (wr**2 + w**2) / distance) / distance
+        bound = np.einsum("ir,jr,rk->kij", left @ shapes, right @ shapes, gain, optimize=True)
+        for k, residual in enumerate(self.residuals):  # |v|^k, and |mu| >= 1
+            alpha, _ = rayleigh_coefficients(self.of.system) or (0.0, 0.0)
+            bound += np.abs(w**2 - 1j * w * alpha)[:, None, None] ** k * (
+                left @ np.abs(residual) @ right.T
+            )
+        bound *= gamma * w[:, None, None] ** float(frf.quantity.derivative)
+        return Enclosure(frf.values, bound)
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,7 +240,7 @@ def _complex_sum(modes: ComplexModes, system: SecondOrderSystem, target: Target)
             modes.poles[k], elastic[:, k], rigid[:, k], right[:, k], part[k], floating[k].any()
         )
         terms.append(kind(some, tolerance))
-    return _sum(terms, target, _is_symmetric(system.damping))
+    return _sum(terms, target, _is_symmetric(system.damping), SystemOrigin.of(system))
 
 
 @dataclass(frozen=True, eq=False)
@@ -271,7 +327,7 @@ def _pole_terms(poles: _Poles, tolerance: float) -> _Terms:
     return _Terms(4 * n, row, gains)
 
 
-def _sum(terms: Sequence[_Terms], target: Target, symmetric: bool) -> Frf:
+def _sum(terms: Sequence[_Terms], target: Target, symmetric: bool, origin: Origin) -> Frf:
     order = target.quantity.derivative
     used = [term for term in terms if term.count]
     ends = np.cumsum([0, *(term.count for term in used)])
@@ -299,6 +355,7 @@ def _sum(terms: Sequence[_Terms], target: Target, symmetric: bool) -> Frf:
         target.excitations,
         target.quantity,
         summed.finite,
+        origin,
     )
 
 
@@ -344,6 +401,7 @@ class Poles:
         return np.divide(-self.values.real, modulus, out=np.zeros_like(modulus), where=modulus > 0)
 
 
+@door
 def poles(system: SecondOrderSystem) -> Poles:
     """Return the roots s of det(s^2 M + s C + K (1 + j eta)) = 0.
 

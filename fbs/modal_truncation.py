@@ -7,9 +7,33 @@ from dataclasses import dataclass
 import numpy as np
 
 from ._kernels.checks import FloatArray, read_only
-from .errors import AxisMismatchError, FbsError
+from ._kernels.door import door
+from .errors import FbsError
 from .second_order_system import SecondOrderSystem
-from .undamped_modes import RealModes, Selection, StiffnessFactor, real_modes, stiffness_factor
+from .undamped_modes import (
+    RealModes,
+    Selection,
+    StiffnessFactor,
+    real_modes,
+    require_own,
+    stiffness_factor,
+)
+
+
+@dataclass(frozen=True, eq=False)
+class LeftOut:
+    """What statics tell of the modes left out, none of which was solved for.
+
+    Parameters
+    ----------
+    shapes : array, shape (n_dof, n), m/sqrt(N m)
+        phi_r / w_r; columns of round-off where n is more than the number of left-out modes.
+    squares : array, shape (n,), s^2
+        1 / w_r^2, descending; of the columns of round-off (nearly) zero.
+    """
+
+    shapes: FloatArray
+    squares: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,11 +58,14 @@ class TruncatedModes:
         R_0, R_1, ... in m/N s^(2k); none of them: the left-out modes are simply missing.
     series_limit : float, Hz
         Natural frequency of the first left-out mode; infinite if none is left out.
+    left_out : LeftOut or None
+        What bounds the error, see `bounded_frf`; None where a rigid-body mode is left out.
     """
 
     kept: RealModes
     residuals: tuple[FloatArray, ...]
     series_limit: float
+    left_out: LeftOut | None = None
 
     @property
     def dofs(self) -> tuple[str, ...]:
@@ -46,6 +73,7 @@ class TruncatedModes:
         return self.kept.dofs
 
 
+@door
 def truncate(
     system: SecondOrderSystem,
     keep: Selection,
@@ -87,32 +115,23 @@ def truncate(
         raise FbsError(f"residual_order must be 0 or more, or None, got {residual_order}")
     if modes is None:
         modes = real_modes(system, rigid_tolerance)
-    elif modes.dofs != system.dofs:
-        raise AxisMismatchError("the modes belong to another system: their dofs differ")
-    kept = _selected(modes, keep)
+    else:
+        require_own(system, modes)
+    kept = modes.truncated(keep)
     stiffness = stiffness_factor(system, rigid_tolerance)
     n_rigid = len(system.dofs) - stiffness.rank
     if kept.n_rigid == n_rigid:
         factor = _left_out_flexibility(stiffness, kept, system.mass)
         inertia = factor.T @ system.mass @ factor  # its eigenvalues are 1 / w_r^2, and zeros
-        return TruncatedModes(kept, _residuals(factor, inertia, residual_order), _limit(inertia))
+        left_out = _left_out(factor, inertia)
+        limit = _limit(left_out.squares)
+        return TruncatedModes(kept, _residuals(factor, inertia, residual_order), limit, left_out)
     if residual_order is not None:
         raise FbsError(
             f"{kept.n_rigid} of {n_rigid} rigid-body modes are kept; residuals need all of them, "
             "because what they add (-1/w^2) is no series in w^2"
         )
     return TruncatedModes(kept, (), 0.0)
-
-
-def _selected(modes: RealModes, keep: Selection) -> RealModes:
-    count = modes.angular_frequency.size
-    try:
-        positions = np.arange(count)[keep]
-    except IndexError as error:
-        raise FbsError(f"keep does not fit {count} modes: {error}") from None
-    if positions.ndim != 1 or np.unique(positions).size != positions.size:
-        raise FbsError("keep must name modes once each: a slice, indices or a mask")
-    return modes.truncated(positions)
 
 
 def _left_out_flexibility(
@@ -139,6 +158,15 @@ def _residuals(
     return tuple(residuals)
 
 
-def _limit(inertia: FloatArray) -> float:
-    largest = float(np.linalg.eigvalsh(inertia).max(initial=0.0))
+def _left_out(factor: FloatArray, inertia: FloatArray) -> LeftOut:
+    """Turn F so that F^T M F is diagonal: its columns are phi_r / w_r then."""
+    squares, turn = np.linalg.eigh(inertia)
+    descending = slice(None, None, -1)
+    return LeftOut(
+        read_only(factor @ turn[:, descending]), read_only(squares[descending].clip(min=0.0))
+    )
+
+
+def _limit(squares: FloatArray) -> float:
+    largest = float(squares.max(initial=0.0))
     return float(1 / (2 * np.pi * np.sqrt(largest))) if largest > 0 else np.inf

@@ -11,11 +11,13 @@ from scipy.linalg import schur
 
 from ._kernels.blocks import each, stretches
 from ._kernels.checks import ComplexArray, FloatArray, ascending_frequency
+from ._kernels.door import door
+from ._kernels.elimination import EPS
 from .damped_modes import state_space
 from .errors import undamped_pole
-from .frf import Frf, Quantity, as_quantity
-from .second_order_system import SecondOrderSystem
-from .undamped_modes import EPS, RealModes
+from .frf import Frf, Quantity, as_quantity, computed_frf
+from .second_order_system import SecondOrderSystem, SystemOrigin
+from .undamped_modes import RealModes
 
 STATES = 8
 """States solved one after the other; what they do to all others is a matrix product."""
@@ -32,6 +34,7 @@ CACHE = 2**20
 """Bytes of states solved at once."""
 
 
+@door
 def schur_frf(
     system: SecondOrderSystem,
     frequency: ArrayLike,
@@ -92,7 +95,8 @@ def schur_frf(
     each(solve, stretches(axis.size, form.lines), 16 * form.force.size * axis.size)
     if singular.any():
         raise undamped_pole(axis[singular])
-    return Frf(axis, values.transpose(2, 0, 1), rows, columns, kind)
+    origin = SystemOrigin.of(system)
+    return computed_frf(axis, values.transpose(2, 0, 1), rows, columns, kind, origin=origin)
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,7 +156,7 @@ class _Form:
             values += _product(self.rigid, states) / s
         if self.steady.any():
             values += self.steady.T[:, None, :, None] / s**2
-        frfs = values.transpose(0, 2, 1, 3).reshape(*values.shape[0:3:2], -1)
+        frfs = values.transpose(0, 2, 1, 3).reshape(*values.shape[0:3:2], n_blocks * LINES)
         return frfs[:, :, : w.size], still | singular.any(axis=1).ravel()[: w.size]
 
 

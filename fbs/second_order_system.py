@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._kernels import batched as _batched
 from ._kernels.blocks import each, stretches
-from ._kernels.checks import FloatArray, read_only, square_matrix
+from ._kernels.checks import FloatArray, square_matrix
+from ._kernels.door import door
+from ._kernels.elimination import EPS, Blocks, Enclosure, eliminate
 from ._systems import LabelledSystem, Target
 from .errors import FbsError, singular_dynamic_stiffness
 from .frf import Frf, Quantity
@@ -50,7 +52,7 @@ class SecondOrderSystem(LabelledSystem):
 
     @staticmethod
     def _matrix(matrix: ArrayLike, size: int, name: str) -> FloatArray:
-        return read_only(square_matrix(matrix, size, name))
+        return square_matrix(matrix, size, name)
 
     @property
     def undamped(self) -> bool:
@@ -58,6 +60,7 @@ class SecondOrderSystem(LabelledSystem):
         return not (self.damping.any() or self.loss_factor)
 
 
+@door
 def direct_frf(
     system: SecondOrderSystem,
     frequency: ArrayLike,
@@ -112,7 +115,7 @@ def direct_frf(
     each(solve, stretches(axis.size, block), 16 * len(system.dofs) ** 2 * axis.size)
     if singular.any():
         raise singular_dynamic_stiffness(axis[singular])
-    return target.frf(values)
+    return target.frf(values, SystemOrigin.of(system))
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,3 +166,87 @@ class _LineSolver:
             np.maximum(peak, (modulus * root).max(axis=1) * root[:, column], out=peak)
         limit = 1 / (10 * len(self.stiffness) * np.finfo(float).eps)
         return np.asarray(~(peak <= limit))  # NaN counts as singular
+
+
+@dataclass(frozen=True, eq=False)
+class SystemOrigin:
+    """The origin of FRFs that are those of a system, however they were computed.
+
+    Parameters
+    ----------
+    system : SecondOrderSystem
+    labels : mapping of str to (int, float)
+        Coordinate and factor behind each label.
+    """
+
+    system: SecondOrderSystem
+    labels: Mapping[str, tuple[int, float]]
+
+    @classmethod
+    def of(cls, system: SecondOrderSystem) -> SystemOrigin:
+        """Return the origin under the system's own labels."""
+        where, factor = system.locate()
+        places = zip(where, factor.tolist(), strict=True)
+        return cls(system, dict(zip(system.labels, places, strict=True)))
+
+    def renamed(self, names: Mapping[str, str]) -> SystemOrigin:
+        """Return the origin with labels replaced."""
+        gone = {*names, *names.values()}
+        kept = {label: place for label, place in self.labels.items() if label not in gone}
+        fresh = {new: self.labels[old] for old, new in names.items() if old in self.labels}
+        return SystemOrigin(self.system, kept | fresh)
+
+    def ports(self, labels: Iterable[str]) -> FloatArray:
+        """Return L with x_label = L x, shape (n_label, n_dof)."""
+        places = [self.labels[label] for label in labels]
+        rows = np.zeros((len(places), len(self.system.dofs)))
+        for row, (coordinate, factor) in zip(rows, places, strict=True):
+            row[coordinate] = factor
+        return rows
+
+    def dynamic_stiffness(self, omega: FloatArray) -> tuple[NDArray[Any], FloatArray]:
+        """Return Z, shape (nk, n, n), and the error of its entries.
+
+        That is 6 eps (|K| + w^2 |M| + w |C|): half a unit in the last place of each entry, w^2 of
+        a rounded w (2 pi f: relative 2 eps), the products' and the sums'.
+        """
+        system, w = self.system, omega[:, None, None]
+        stiffness = system.stiffness * (1 + 1j * system.loss_factor if system.loss_factor else 1.0)
+        z: NDArray[Any] = stiffness - w**2 * system.mass
+        size = np.abs(stiffness) + w**2 * np.abs(system.mass)
+        if system.damping.any():
+            z = z + 1j * (w * system.damping)
+            size = size + w * np.abs(system.damping)
+        return z, np.asarray(6 * EPS * size)
+
+    def enclose(self, frf: Frf) -> Enclosure:
+        """Solve directly with a bound."""
+        found = self.receptances(frf.omega, frf.responses, frf.excitations)
+        return differentiated(found, frf.omega, frf.quantity.derivative)
+
+    def receptances(
+        self, omega: FloatArray, responses: tuple[str, ...], excitations: tuple[str, ...]
+    ) -> Enclosure:
+        """Return L Z^-1 R, (nf, n_response, n_excitation): `eliminate` of [[0, -L], [R, Z]]."""
+        left, right = self.ports(responses), self.ports(excitations).T
+        values = np.empty((omega.size, len(responses), len(excitations)), dtype=complex)
+        bound = np.empty(values.shape)
+
+        def solve(lines: slice) -> None:
+            z, error = self.dynamic_stiffness(omega[lines])
+            nothing = np.zeros((1, *values.shape[1:]))
+            a = Blocks(nothing, -left[None], right[None], z)
+            exact = Blocks(nothing, np.zeros_like(a.ms), np.zeros_like(a.sm), error)
+            values[lines], bound[lines] = eliminate(a, exact)
+
+        each(solve, stretches(omega.size, BLOCK), values.nbytes)
+        return Enclosure(values, bound)
+
+
+def differentiated(found: Enclosure, omega: FloatArray, order: int) -> Enclosure:
+    """Return the enclosure of H (jw)^order."""
+    if not order:
+        return found
+    factor = omega[:, None, None] ** float(order)
+    values = found.values * (1j**order * factor)
+    return Enclosure(values, found.bound * factor + 8 * EPS * np.abs(values))

@@ -11,6 +11,7 @@ from types import MappingProxyType
 from numpy.typing import ArrayLike
 
 from ._kernels.checks import FloatArray, ascending_frequency
+from ._kernels.door import door
 from .damped_modes import complex_modes, is_proportional, modal_damping
 from .errors import (
     DefectiveModesError,
@@ -62,6 +63,7 @@ class Synthesis:
     refused: Mapping[Method, str]
 
 
+@door
 def synthesize(
     system: SecondOrderSystem,
     frequency: ArrayLike,

@@ -30,8 +30,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ._kernels.checks import ComplexArray, FloatArray, read_only, unique_labels
+from .axes import require_same_frequency
 from .errors import FbsError, NonFiniteError, SingularLineError
-from .frf import Frf, require_same_frequency
+from .frf import Frf
 
 EPS = float(np.finfo(float).eps)
 

@@ -11,12 +11,18 @@ from numpy.typing import NDArray
 from scipy.linalg import lapack
 
 from ._kernels.blas_threads import blas_for
-from ._kernels.checks import FloatArray, read_only
+from ._kernels.checks import FloatArray, read_only, require_type
+from ._kernels.door import door
+from ._kernels.elimination import EPS
 from ._representation import MOST, counted, html_table
-from .errors import FbsError, IndefiniteMassError, IndefiniteStiffnessError
+from .errors import (
+    AxisMismatchError,
+    FbsError,
+    IndefiniteMassError,
+    IndefiniteStiffnessError,
+)
 from .second_order_system import SecondOrderSystem
 
-EPS = float(np.finfo(float).eps)
 SYMMETRY_TOLERANCE = 1e-12
 """Of |A_ij - A_ji| / sqrt(A_ii A_jj): far above assembly round-off, far below any gyroscope."""
 
@@ -63,9 +69,22 @@ class RealModes:
         """Hz."""
         return self.angular_frequency / (2 * np.pi)
 
+    @door
     def truncated(self, kept: Selection) -> RealModes:
-        """Return only the modes `kept` (indices, a slice or a mask), in their order."""
-        positions = np.arange(self.angular_frequency.size)[kept]
+        """Return only the modes `kept` (indices, a slice or a mask), in their order.
+
+        Raises
+        ------
+        FbsError
+            They do not exist, or are named twice.
+        """
+        count = self.angular_frequency.size
+        try:
+            positions = np.arange(count)[kept]
+        except (IndexError, TypeError, ValueError) as error:
+            raise FbsError(f"the selection does not fit {count} modes: {error}") from None
+        if positions.ndim != 1 or np.unique(positions).size != positions.size:
+            raise FbsError("modes must be named once each: by a slice, indices or a mask")
         return RealModes(
             read_only(self.angular_frequency[positions]),
             read_only(self.shapes[:, positions]),
@@ -74,6 +93,46 @@ class RealModes:
         )
 
 
+OWN = 1e-6
+"""Of the terms of K phi = w^2 M phi: far above any solver's residual, and of an error that the
+`round_off` of the FRFs shows."""
+
+
+def require_own(system: SecondOrderSystem, modes: RealModes) -> None:
+    """Refuse modes that are not those of this system, whatever their labels.
+
+    One combination x = sum_r c_r phi_r of all modes, with fixed random c of equal energy, costs
+    n^2 and not n^3: K x = M sum_r w_r^2 c_r phi_r row by row, and x^T M x = sum_r c_r^2. (A row
+    that hardly any mode moves is allowed 1e-3 OWN of the largest, scaled by the springs.)
+
+    Raises
+    ------
+    AxisMismatchError
+    """
+    require_type(modes, RealModes, "the modes")
+    if modes.dofs != system.dofs:
+        raise AxisMismatchError("the modes belong to another system: their dofs differ")
+    omega = modes.angular_frequency
+    if not omega.size:
+        return
+    typical = float(np.median(omega)) or 1.0
+    c = np.random.default_rng(0).uniform(0.5, 1.0, omega.size) / np.maximum(omega, typical)
+    x, accelerated = modes.shapes @ c, modes.shapes @ (c * omega**2)
+    force, moved = system.stiffness @ x, system.mass @ accelerated
+    size = np.abs(system.stiffness) @ (np.abs(modes.shapes) @ c)
+    size += np.abs(system.mass) @ (np.abs(modes.shapes) @ (c * omega**2))
+    root = np.sqrt(np.where(size > 0, np.abs(np.diag(system.stiffness)) + EPS * size, 1.0))
+    allowed = OWN * (size + 1e-3 * root * (size / root).max())
+    if (np.abs(force - moved) > allowed).any() or not np.isclose(
+        x @ system.mass @ x, c @ c, rtol=OWN
+    ):
+        raise AxisMismatchError(
+            "the modes belong to another system: with this one's matrices they do not solve "
+            "K phi = w^2 M phi, phi^T M phi = 1"
+        )
+
+
+@door
 def real_modes(system: SecondOrderSystem, rigid_tolerance: float | None = None) -> RealModes:
     """Solve K phi = w^2 M phi as the singular values of G M^(-1/2), K = G^T G.
 
@@ -101,9 +160,10 @@ def real_modes(system: SecondOrderSystem, rigid_tolerance: float | None = None) 
         stiffness = stiffness_factor(system, rigid_tolerance)
         omega, elastic = _elastic_modes(stiffness.factor, mass)
         rigid = _mass_orthonormal(stiffness.null_space, system.mass)
+        light = _light_coordinates(system, omega, elastic)
     return RealModes(
         read_only(np.concatenate([np.zeros(rigid.shape[1]), omega])),
-        read_only(np.hstack([rigid, elastic])),
+        read_only(np.hstack([rigid, light])),
         rigid.shape[1],
         system.dofs,
     )
@@ -262,6 +322,33 @@ def _elastic_modes(factor: FloatArray, mass: _MassFactor) -> tuple[FloatArray, F
     omega = values * (work[0] / work[1])
     ascending = np.argsort(omega)
     return omega[ascending], mass.shapes(vectors)[:, ascending]
+
+
+def _light_coordinates(
+    system: SecondOrderSystem, omega: FloatArray, shapes: FloatArray
+) -> FloatArray:
+    """Return the shapes, light coordinates as their neighbours move them.
+
+    Vectors are right to eps in M^(1/2) phi, so that a coordinate of mass m is to eps / sqrt(m): a
+    hub of 1e-8 kg has four digits less than the shaft it sits on. Its own equation,
+
+        phi_i = -sum_(j != i) (K_ij - w^2 M_ij) phi_j / (K_ii - w^2 M_ii),
+
+    says it by the neighbours' errors, where these make less than a tenth of its own and it stays
+    far below its resonance.
+    """
+    heaviness = np.sqrt(np.diag(system.mass))
+    square = omega**2
+    own = np.diag(system.stiffness)[:, None] - np.diag(system.mass)[:, None] * square
+    far = own > np.diag(system.stiffness)[:, None] / 2
+    coupled = system.stiffness - np.diag(np.diag(system.stiffness))
+    beside = system.mass - np.diag(np.diag(system.mass))
+    error = (np.abs(coupled) @ (1 / heaviness))[:, None] + (np.abs(beside) @ (1 / heaviness))[
+        :, None
+    ] * square
+    better = far & (10 * error * heaviness[:, None] < own)
+    moved = -(coupled @ shapes - (beside @ shapes) * square)
+    return np.divide(moved, own, out=shapes.copy(), where=better)
 
 
 def _mass_orthonormal(basis: FloatArray, mass: FloatArray) -> FloatArray:

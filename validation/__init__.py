@@ -2,11 +2,12 @@
 
 Cross-check
     `cross_check` compares all routes of a drivetrain on a `Band` of lines; its `CrossCheck` holds
-    a `Check` for every comparison, and `write_report` makes a page of it.
+    a `Check` for every comparison, and `publish` makes files of it, as of every study's result.
 Routes
-    A `Source` gives M, C, K: `EQUATIONS`, `exudyn_source()`, or under load `loaded_source`.
-    `build_model` builds a `Model` of it, whole and by stage; `whole_route` and `fbs_route` make the
-    `Route` to an FRF. `coupling_joints` says what joins two parts.
+    A `Source` gives a drivetrain's M, C, K, whole and by part, and its modes, each built once:
+    `exudyn_source`, `equations_source`, or under load `loaded_source`. `whole_route` and
+    `fbs_route` make the `Route` to an FRF, `TimeRoute` runs exudyn in time. `coupling_joints` says
+    what joins two parts.
 Stage types of one's own
     `register_stage` takes the type and its equations: the `Lumped` inertias and `Spring`s of it.
 exudyn's systems for fbs
@@ -26,71 +27,62 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .checks.check import Check
-    from .crosscheck.comparison import cross_check
-    from .crosscheck.output import write_report
-    from .crosscheck.results import CrossCheck
+    from .crosscheck.result import CrossCheck
+    from .crosscheck.study import cross_check
     from .errors import CommandError
     from .paper.study import paper_study
+    from .report.publish import publish
     from .routes.bands import Band
     from .routes.equations import Lumped, Spring, register_stage
+    from .routes.joints import coupling_joints
     from .routes.multibody import as_second_order, drivetrain_system, stage_system
-    from .routes.routes import (
-        EQUATIONS,
-        Model,
-        Route,
-        Source,
-        build_model,
-        coupling_joints,
-        exudyn_source,
-        fbs_route,
-        loaded_source,
-        whole_route,
-    )
+    from .routes.routes import Route, fbs_route, whole_route
+    from .routes.source import Source, equations_source, exudyn_source, loaded_source
+    from .routes.time_domain import TimeRoute
 
     __version__: str
 
 __all__ = [
-    "EQUATIONS",
     "Band",
     "Check",
     "CommandError",
     "CrossCheck",
     "Lumped",
-    "Model",
     "Route",
     "Source",
     "Spring",
+    "TimeRoute",
     "__version__",
     "as_second_order",
-    "build_model",
     "coupling_joints",
     "cross_check",
     "drivetrain_system",
+    "equations_source",
     "exudyn_source",
     "fbs_route",
     "loaded_source",
     "paper_study",
+    "publish",
     "register_stage",
     "stage_system",
     "whole_route",
-    "write_report",
 ]
 
 _MODULES = {
-    "crosscheck.comparison": ("cross_check",),
+    "crosscheck.study": ("cross_check",),
     "errors": ("CommandError",),
     "routes.multibody": ("as_second_order", "drivetrain_system", "stage_system"),
     "paper.study": ("paper_study",),
-    "crosscheck.output": ("write_report",),
+    "report.publish": ("publish",),
     "checks.check": ("Check",),
-    "crosscheck.results": ("CrossCheck",),
+    "crosscheck.result": ("CrossCheck",),
     "routes.bands": ("Band",),
     "routes.equations": ("Lumped", "Spring", "register_stage"),
-    "routes.routes": (
-        "EQUATIONS", "Model", "Route", "Source", "build_model", "coupling_joints",
-        "exudyn_source", "fbs_route", "loaded_source", "whole_route",
-    ),
-}  # fmt: skip
+    "routes.joints": ("coupling_joints",),
+    "routes.routes": ("Route", "fbs_route", "whole_route"),
+    "routes.source": ("Source", "equations_source", "exudyn_source", "loaded_source"),
+    "routes.time_domain": ("TimeRoute",),
+}
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
 
 if not TYPE_CHECKING:  # hidden, so that a name that is not there is an error of types

@@ -10,9 +10,16 @@ from typing import Annotated
 import typer
 
 from .cli_options import (
+    Channels,
     Checked,
     Df,
+    Estimator,
     Executor,
+    FileMap,
+    FileNoise,
+    FileQuantity,
+    FileRun,
+    FileUnit,
     Fmax,
     Fmin,
     FrfExcitations,
@@ -20,10 +27,15 @@ from .cli_options import (
     Harmonics,
     Metrics,
     Model,
+    Replace,
+    Resample,
     Responses,
     Route,
+    SignalKind,
     Speeds,
     Torque,
+    TruncatedStages,
+    TruncationBand,
     Vary,
     Version,
     Workers,
@@ -39,9 +51,6 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
 )
-
-
-MOST_DOFS_IN_TIME = 60  # larger systems take minutes to integrate: only when asked for
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -65,14 +74,13 @@ def run(
     fmin: Fmin = None,
     fmax: Fmax = None,
     df: Df = None,
-    replace: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="PART=FILE",
-            help="A stage or inertia whose FRFs come from a file (.npz, .uff); may be repeated. "
-            "The lines are the file's.",
-        ),
-    ] = None,
+    replace: Replace = None,
+    quantity: FileQuantity = None,
+    unit: FileUnit = None,
+    test_run: FileRun = None,
+    channel_map: FileMap = None,
+    resample: Resample = False,
+    noise: FileNoise = None,
     in_time: Annotated[
         bool | None,
         typer.Option(
@@ -83,49 +91,21 @@ def run(
     ] = None,
 ) -> None:
     """Compare all routes and write a report; exit code 1 if they disagree."""
-    from mbs_models.modal.mode_kinds import label_inertias
-    from mbs_models.model.model_file import load
+    from .checks.part_uncertainty import parse_noise
+    from .crosscheck.command import run_command
+    from .routes.frf_input import file_options
 
-    from .crosscheck.console import verdicts
-    from .crosscheck.swap import in_words
-    from .routes.bands import Band, band
-    from .routes.memory import require_memory, run_bytes
-    from .routes.substitution import read_replacements
-    from .runtime.streams import progress_bars, warn
-
-    drivetrain = load(model)
-    n_dofs = len(label_inertias(drivetrain))
-    replaced = read_replacements(drivetrain, replace or (), fmin, fmax, df)
-    lines = Band.of(replaced[0].frf.frequency) if replaced else band(fmin, fmax, df, n_dofs**2)
-    require_memory(lines, run_bytes(drivetrain), "the report's curves")
-    if in_time is None:
-        in_time = n_dofs <= MOST_DOFS_IN_TIME and not replaced
-    warn(drivetrain.warnings())
-    for replacement in replaced:
-        warn(replacement.warnings)
-    from .runtime.output_folder import held
-
-    with held(out, ("report.html", "results.json")), progress_bars() as progress:
-        from .crosscheck.comparison import (
-            cross_check,  # takes its time to load: bad input is told before
-        )
-        from .crosscheck.output import write_report
-
-        result = cross_check(
-            drivetrain,
-            lines,
-            published=model,
-            progress=progress,
-            replacements=replaced,
-            in_time=in_time,
-        )
-        progress("writing the report", 0, 1)
-        html, data = write_report(result, out)
-        progress("writing the report", 1, 1)
-    verdicts(result)
-    if result.swap is not None:
-        print("\n".join(in_words(result.swap)))
-    say(f"Report: {html}\nResults: {data}")
+    result = run_command(
+        model,
+        out,
+        fmin=fmin,
+        fmax=fmax,
+        df=df,
+        replace=replace or (),
+        options=file_options(quantity, unit, test_run, channel_map, resample),
+        noise=parse_noise(noise),
+        in_time=in_time,
+    )
     if not result.agrees:
         raise typer.Exit(1)
 
@@ -165,7 +145,7 @@ def frf(
         str, typer.Option(help="receptance, mobility or accelerance.")
     ] = "receptance",
     output: Annotated[
-        Path | None, typer.Option(help="A file: .npz, .csv, .uff, .png, .svg or .pdf.")
+        Path | None, typer.Option(help="A file: .npz, .csv, .uff, .mat, .png, .svg or .pdf.")
     ] = None,
 ) -> None:
     """FRFs between DoFs, drawn in the terminal or written to a file."""
@@ -355,10 +335,77 @@ def speed(
     end(result.agrees)
 
 
+@app.command()
+def truncate(
+    model: Model = "paper",
+    stage: TruncatedStages = None,
+    band: TruncationBand = None,
+    tolerance: Annotated[
+        str, typer.Option(help="Of every FRF asked for: 0.1dB, or a scaled error, 0.001scaled.")
+    ] = "0.1dB",
+    response: FrfResponses = None,
+    excitation: FrfExcitations = None,
+    order: Annotated[int, typer.Option(min=-1, max=9, help="Highest residual kept; -1: none.")] = 2,
+    out: Annotated[Path, typer.Option(help="Where truncation.html goes.")] = Path(
+        "crosscheck-truncate"
+    ),
+) -> None:
+    """Which modes each stage needs: a bound that is guaranteed, and the true error beside it."""
+    from .inspection import frf_output
+    from .truncation.command import run_command
+
+    result = run_command(
+        model,
+        out,
+        stages=stage or (),
+        band=band,
+        tolerance=tolerance,
+        responses=() if response is None else frf_output.labels("--response", response),
+        excitations=() if excitation is None else frf_output.labels("--excitation", excitation),
+        order=order,
+    )
+    end(result.agrees)
+
+
 def end(agrees: bool) -> None:
     """End a command that has a verdict."""
     if not agrees:
         raise typer.Exit(1)
+
+
+@app.command()
+def inspect(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Of FRFs or records.")],
+    model: Annotated[str | None, typer.Option(help="A model whose DoFs the map is for.")] = None,
+    quantity: FileQuantity = None,
+    unit: FileUnit = None,
+    run: FileRun = None,
+    channel: Channels = None,
+) -> None:
+    """Say what a file of FRFs or records holds, how good it is, and print a map to start from."""
+    from .inspection.commands import inspect_command
+
+    inspect_command(file, model, (quantity, unit, run), channel or ())
+
+
+@app.command()
+def estimate(
+    records: Annotated[list[Path], typer.Argument(metavar="RECORDS", help="Files of records.")],
+    output: Annotated[Path, typer.Option(help="A file: .uff, .npz, .mat or .csv.")],
+    method: Estimator = "H1",
+    signal: SignalKind = None,
+    fmin: Fmin = None,
+    fmax: Fmax = None,
+    df: Df = None,
+    decay: Annotated[float, typer.Option(help="Of an exponential window over blows, 1/s.")] = 0.0,
+    channel: Channels = None,
+) -> None:
+    """Turn records of hammer or shaker tests into FRFs with coherence."""
+    from .inspection.commands import estimate_command
+
+    estimate_command(
+        records, output, (fmin, fmax, df), channel or (), method=method, signal=signal, decay=decay
+    )
 
 
 @app.command()

@@ -115,3 +115,81 @@ FrfResponses = Annotated[
 FrfExcitations = Annotated[
     list[str] | None, typer.Option(help="Excitation DoFs (repeat, or separate by commas), or all.")
 ]
+
+# files of FRFs and records
+Replace = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="PART=FILE",
+        help="A stage or inertia whose FRFs come from a file (.uff, .npz, .mat, .csv); may be "
+        "repeated. The lines are the file's.",
+    ),
+]
+Resample = Annotated[
+    bool,
+    typer.Option(
+        "--resample", help="Interpolate files whose lines differ to the first one's, or to --df."
+    ),
+]
+FileNoise = Annotated[
+    str | None,
+    typer.Option(
+        "--noise",
+        metavar="1%,1deg",
+        help="Of the files' FRFs, one standard deviation: bands of the FRFs (default: the scatter "
+        "of a file's runs).",
+    ),
+]
+Estimator = Annotated[str, typer.Option(help="H1, H2 or Hv.")]
+SignalKind = Annotated[
+    str | None, typer.Option(help="hammer or noise (default: as the force looks).")
+]
+FileQuantity = Annotated[
+    str | None,
+    typer.Option(
+        "--quantity",
+        help="receptance, mobility or accelerance, where a file of FRFs does not say it.",
+    ),
+]
+FileUnit = Annotated[
+    str | None,
+    typer.Option(
+        "--unit",
+        metavar="UNIT",
+        help="Of a file's FRFs, such as m/s^2/N or g/lbf, in place of what it says.",
+    ),
+]
+FileRun = Annotated[
+    int | None,
+    typer.Option("--run", help="Which of a file's complete runs, from 1 on (default: their mean)."),
+]
+FileMap = Annotated[
+    str | None,
+    typer.Option(
+        "--map",
+        metavar="MAP",
+        help="From a file's channels to the model's DoFs: brake.w=12.rx,wheel.y=-7.y, or a TOML "
+        "file with a table [map].",
+    ),
+]
+Channels = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--channel",
+        metavar="NAME=LABEL UNIT",
+        help="What a record's channel is, such as '1=hammer.z 50 N'; may be repeated.",
+    ),
+]
+
+# crosscheck truncate
+TruncatedStages = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="NAME",
+        help="A stage or inertia whose modes may be left out; may be repeated (default: all).",
+    ),
+]
+TruncationBand = Annotated[
+    str | None,
+    typer.Option(metavar="FROM:TO[:STEP]", help="The lines, Hz (default: 1:4000:1)."),
+]

@@ -1,32 +1,39 @@
-"""Records in files, by the file's ending: .npz and .csv (every digit kept), .uff (twelve)."""
+"""Records in files, by the file's ending: .npz, .csv, .wav, .mat (every digit kept), .uff."""
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import os
-import re
-import zipfile
-import zlib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import FbsError
-from ..frf import Quantity, as_quantity
+from ..frf import as_quantity
 from ..signal.records import Record
+from .record_csv import (
+    UNITS,
+    Channels,
+    Metadata,
+    notes_of,
+    read_record_csv,
+    write_record_csv,
+)
+from .record_wav import read_record_wav, write_record_wav
+from .untrusted import read_arrays
 from .whole_files import written_whole
 
-UNITS = {Quantity.RECEPTANCE: "m", Quantity.MOBILITY: "m/s", Quantity.ACCELERANCE: "m/s^2"}
-ARRAYS = ("sampling_frequency", "inputs", "outputs", "excitations", "responses", "quantity")
-RATE, METADATA = "# sampling_frequency_hz: ", "# metadata: "
-COLUMN = re.compile(r"(input|output) (.+) \(([^()]*)\)")
-ROWS = 65536  # of a CSV at once
-
-Metadata = Mapping[str, Any]
+NEEDED = {
+    "sampling_frequency": ("fiu", "a real number (Hz)"),
+    "inputs": ("fiu", "real numbers (samples, inputs)"),
+    "outputs": ("fiu", "real numbers (samples, outputs)"),
+    "excitations": ("U", "text"),
+    "responses": ("U", "text"),
+    "quantity": ("U", "text"),
+}
 
 
 def write_record(
@@ -38,7 +45,9 @@ def write_record(
       `responses`, `quantity`, `output_unit`, `metadata` (JSON);
     - .csv: comment lines with sampling frequency and metadata, then the columns "time (s)",
       "input LABEL (N)" and "output LABEL (m)", (m/s) or (m/s^2);
-    - .uff, .unv: see `fbs.uff_records`.
+    - .mat: the arrays of .npz, as MATLAB's version 5;
+    - .wav: floats in SI, see `record_wav`;
+    - .uff, .unv: twelve digits, see `uff_records`.
 
     Parameters
     ----------
@@ -82,8 +91,17 @@ def write_record_to(
     writer(record, file, notes)
 
 
-def read_record(path: str | os.PathLike[str]) -> tuple[Record, dict[str, Any]]:
+def read_record(
+    path: str | os.PathLike[str], channels: Channels | None = None
+) -> tuple[Record, dict[str, Any]]:
     """Read a record and its metadata by the file's ending.
+
+    Parameters
+    ----------
+    path : path
+    channels : mapping of str to (str, str), optional
+        Column of a .csv, or number of a channel of a .wav from 1 on → its label and unit, where
+        the file does not say them.
 
     Raises
     ------
@@ -95,175 +113,80 @@ def read_record(path: str | os.PathLike[str]) -> tuple[Record, dict[str, Any]]:
     source = Path(path)
     _, reader = _format(source)
     try:
-        return reader(source)
+        return reader(source, channels or {})
     except FbsError as error:
-        raise type(error)(f"{source}: {error}") from error
+        words = str(error).removeprefix(f"{source}: ")
+        raise type(error)(f"{source}: {words}") from error
 
 
-# --- npz ---------------------------------------------------------------------------------------
+def read_records(
+    path: str | os.PathLike[str], channels: Channels | None = None
+) -> tuple[Record, ...]:
+    """Read all records of a file; a universal file may hold several of the same channels.
+
+    Raises
+    ------
+    FbsError, OSError
+        As for `read_record`.
+    """
+    source = Path(path)
+    if source.suffix.lower() not in (".uff", ".unv"):
+        return (read_record(source, channels)[0],)
+    from .uff_records import read_uff_records
+
+    try:
+        return tuple(read_uff_records(source)[0])
+    except FbsError as error:
+        words = str(error).removeprefix(f"{source}: ")
+        raise type(error)(f"{source}: {words}") from error
+
+
+def _arrays(record: Record, metadata: Metadata) -> dict[str, NDArray[Any]]:
+    return {
+        "sampling_frequency": np.array(record.sampling_frequency),
+        "inputs": record.inputs,
+        "outputs": record.outputs,
+        "excitations": np.array(record.excitations),
+        "responses": np.array(record.responses),
+        "quantity": np.array(str(record.quantity)),
+        "output_unit": np.array(UNITS[record.quantity]),
+        "metadata": np.array(json.dumps(metadata)),
+    }
 
 
 def _write_npz(record: Record, file: BinaryIO, metadata: Metadata) -> None:
-    np.savez(
-        file,
-        sampling_frequency=np.array(record.sampling_frequency),
-        inputs=record.inputs,
-        outputs=record.outputs,
-        excitations=np.array(record.excitations),
-        responses=np.array(record.responses),
-        quantity=np.array(str(record.quantity)),
-        output_unit=np.array(UNITS[record.quantity]),
-        metadata=np.array(json.dumps(metadata)),
-    )
+    arrays: dict[str, Any] = _arrays(record, metadata)
+    np.savez(file, **arrays)
 
 
-def _read_npz(path: Path) -> tuple[Record, dict[str, Any]]:
-    try:
-        with path.open("rb") as file:  # np.load itself leaves a damaged one open
-            archive = np.load(file, allow_pickle=False)
-            if isinstance(archive, np.ndarray):
-                raise FbsError(f"it is one array without names; needed are {', '.join(ARRAYS)}")
-            arrays = {name: archive[name] for name in archive.files}
-    except FbsError:
-        raise
-    except (ValueError, EOFError, NotImplementedError, zipfile.BadZipFile, zlib.error) as error:
-        raise FbsError("the file is damaged, or no .npz") from error
-    missing = [name for name in ARRAYS if name not in arrays]
-    if missing:
-        raise FbsError(f"there is no array {' and no '.join(missing)}; needed are {ARRAYS}")
-    for name, kinds in (("sampling_frequency", "fiu"), ("inputs", "fiu"), ("outputs", "fiu")):
-        if arrays[name].dtype.kind not in kinds:
-            raise FbsError(f"the array {name} holds {arrays[name].dtype}; it must be real numbers")
+def _read_npz(path: Path, channels: Channels) -> tuple[Record, dict[str, Any]]:
+    return _of_arrays(read_arrays(path, NEEDED, ("metadata",)))
+
+
+def _of_arrays(arrays: Mapping[str, NDArray[Any]]) -> tuple[Record, dict[str, Any]]:
     if arrays["sampling_frequency"].size != 1:
         raise FbsError(f"sampling_frequency has {arrays['sampling_frequency'].size} values, not 1")
     record = Record(
-        float(arrays["sampling_frequency"]),
+        float(arrays["sampling_frequency"].ravel()[0]),
         arrays["inputs"],
         arrays["outputs"],
         tuple(np.atleast_1d(arrays["excitations"]).tolist()),
         tuple(np.atleast_1d(arrays["responses"]).tolist()),
-        as_quantity(str(arrays["quantity"])),
+        as_quantity(str(arrays["quantity"].ravel()[0])),
     )
-    return record, _notes(str(arrays.get("metadata", "{}")))
+    return record, notes_of(str(arrays["metadata"].ravel()[0]) if "metadata" in arrays else "{}")
 
 
-# --- csv ---------------------------------------------------------------------------------------
+def _read_mat(path: Path, channels: Channels) -> tuple[Record, dict[str, Any]]:
+    from .matlab import read_mat
+
+    return _of_arrays(read_mat(path, NEEDED, ("metadata",)))
 
 
-def _write_csv(record: Record, file: BinaryIO, metadata: Metadata) -> None:
-    for label in (*record.excitations, *record.responses):
-        if not label.isprintable():
-            raise FbsError(f"label {label!r} is unprintable and would not survive in a CSV")
-    unit = UNITS[record.quantity]
-    header = ["time (s)", *(f"input {label} (N)" for label in record.excitations)]
-    header += [f"output {label} ({unit})" for label in record.responses]
-    text = io.TextIOWrapper(file, encoding="utf-8", newline="")
-    text.write(f"{RATE}{record.sampling_frequency!r}\n{METADATA}{json.dumps(metadata)}\n")
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(header)
-    for start in range(0, record.n_sample, ROWS):
-        rows = slice(start, start + ROWS)
-        inputs, outputs = record.inputs[rows], record.outputs[rows]
-        time = np.arange(start, start + len(inputs)) / record.sampling_frequency
-        writer.writerows(np.column_stack([time, inputs, outputs]).tolist())
-    text.detach()
+def _write_mat(record: Record, file: BinaryIO, metadata: Metadata) -> None:
+    from .matlab import write_mat
 
-
-def _read_csv(path: Path) -> tuple[Record, dict[str, Any]]:
-    rate, notes = None, {}
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            line = file.readline()
-            while line.startswith("#"):
-                if line.startswith(RATE):
-                    rate = _number(line.removeprefix(RATE))
-                elif line.startswith(METADATA):
-                    notes = _notes(line.removeprefix(METADATA))
-                line = file.readline()
-            header = next(csv.reader([line]), [])
-            columns = _columns(header)
-            table = np.loadtxt(file, delimiter=",", ndmin=2, comments=None)
-    except UnicodeDecodeError as error:
-        raise FbsError(f"not a text file in UTF-8 (byte {error.start} is not)") from error
-    except FbsError:
-        raise
-    except ValueError as error:
-        raise FbsError(f"below the header: {error}") from error
-    if table.shape[1] != len(header):
-        raise FbsError(f"the header has {len(header)} columns, the samples {table.shape[1]}")
-    return _of_columns(table, columns, rate), notes
-
-
-def _columns(header: list[str]) -> list[tuple[str, str, str]]:
-    """Return (input or output, label, unit) of every column but time."""
-    needed = '"time (s)", "input LABEL (N)" and "output LABEL (m)", (m/s) or (m/s^2)'
-    if not header or header[0].strip() != "time (s)":
-        raise FbsError(f"its first column is {header[:1]}; the header must have {needed}")
-    found = []
-    for name in header[1:]:
-        match = COLUMN.fullmatch(name.strip())
-        if match is None:
-            raise FbsError(f"a column is called {name!r}; the header must have {needed}")
-        found.append((match[1], match[2], match[3]))
-    return found
-
-
-def _of_columns(
-    table: np.ndarray, columns: list[tuple[str, str, str]], rate: float | None
-) -> Record:
-    units = {unit for kind, _, unit in columns if kind == "output"}
-    quantities = {unit: quantity for quantity, unit in UNITS.items()}
-    if len(units) != 1 or not units <= set(quantities):
-        raise FbsError(
-            f"the outputs' units are {', '.join(sorted(units)) or 'none'}; must be one of "
-            f"{', '.join(quantities)}"
-        )
-    other = [unit for kind, _, unit in columns if kind == "input" and unit != "N"]
-    if other:
-        raise FbsError(f"an input's unit is {other[0]!r}; must be N")
-    data = table[:, 1:]
-    chosen = {
-        kind: [i for i, column in enumerate(columns) if column[0] == kind]
-        for kind in ("input", "output")
-    }
-    labels = {kind: tuple(columns[i][1] for i in index) for kind, index in chosen.items()}
-    record = Record.from_time(
-        table[:, 0],
-        data[:, chosen["input"]],
-        data[:, chosen["output"]],
-        labels["input"],
-        labels["output"],
-        quantities[units.pop()],
-    )
-    if rate is None:
-        return record
-    if not abs(rate - record.sampling_frequency) <= 1e-3 * rate / record.n_sample:
-        raise FbsError(
-            f"its first lines say {rate:.10g} Hz, its times {record.sampling_frequency:.10g} Hz"
-        )
-    return Record(
-        rate, record.inputs, record.outputs, record.excitations, record.responses, record.quantity
-    )
-
-
-def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError as error:
-        raise FbsError(f"the sampling frequency is {text.strip()!r}, no number") from error
-
-
-def _notes(text: str) -> dict[str, Any]:
-    try:
-        notes = json.loads(text)
-    except ValueError as error:
-        raise FbsError(f"the metadata are no JSON ({error})") from error
-    if not isinstance(notes, dict):
-        raise FbsError("the metadata are no table of keys and values")
-    return notes
-
-
-# --- uff ---------------------------------------------------------------------------------------
+    write_mat(file, _arrays(record, metadata))
 
 
 def _write_uff(record: Record, file: BinaryIO, metadata: Metadata) -> None:
@@ -272,17 +195,19 @@ def _write_uff(record: Record, file: BinaryIO, metadata: Metadata) -> None:
     write_uff_record(record, file, metadata)
 
 
-def _read_uff(path: Path) -> tuple[Record, dict[str, Any]]:
+def _read_uff(path: Path, channels: Channels) -> tuple[Record, dict[str, Any]]:
     from .uff_records import read_uff_record
 
     return read_uff_record(path)
 
 
 Writer = Callable[[Record, BinaryIO, Metadata], None]
-Reader = Callable[[Path], tuple[Record, dict[str, Any]]]
+Reader = Callable[[Path, Channels], tuple[Record, dict[str, Any]]]
 FORMATS: Mapping[str, tuple[Writer, Reader]] = {
     ".npz": (_write_npz, _read_npz),
-    ".csv": (_write_csv, _read_csv),
+    ".csv": (write_record_csv, read_record_csv),
+    ".wav": (write_record_wav, read_record_wav),
+    ".mat": (_write_mat, _read_mat),
     ".uff": (_write_uff, _read_uff),
     ".unv": (_write_uff, _read_uff),
 }

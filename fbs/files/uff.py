@@ -1,68 +1,112 @@
-"""Measured FRFs: universal files, dataset 58 (function at nodal DOF), through pyuff.
+"""Measured FRFs: universal files, dataset 58 (function at nodal DOF), ASCII or binary.
 
-Format: https://www.ceas3.uc.edu/sdrluff/, datasets 58 and 164.
+Written are complex functions in double precision, one per pair, after the SI units (dataset 164).
+ASCII ordinates have twelve digits, binary ones all. An abscissa has six: E13.5 for its start and
+its step, so an axis that needs more is refused, or written line by line where its lines have six.
 
-Written are ASCII double-precision complex functions, one per pair, after the SI units (dataset
-164). Ordinates have twelve digits. An abscissa has six: E13.5 for its start and its step, and
-E13.5 again for every line of unevenly spaced ones, so an axis that needs more is refused.
-
-Labels stand in full in ID lines 4 and 5 ("response: planetary.planet2.u", "excitation: ..."); the
-node is the label's number in order of appearance, its direction 0 (scalar). Files from others
-have no such lines: there a label is node and direction, `12.z`, `12.rz`, `12` if scalar, and
-`wing.12.z` with an entity name. A negative direction becomes the positive one of other sign.
+Labels stand in full in ID lines 4 and 5 ("response: planetary.planet2.u", "excitation: ...").
+Files from others have no such lines: there a label is node and direction, `12.z`, `12.rz`, `12` if
+scalar, and `wing.12.z` with an entity name. A negative direction becomes the positive one of other
+sign.
 """
 
 from __future__ import annotations
 
 import os
-import re
-import tempfile
-from collections.abc import Iterable, Sequence
+from collections import Counter
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from itertools import chain
 from pathlib import Path
-from types import TracebackType
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
 import numpy as np
 
-from .._kernels.checks import ComplexArray, FloatArray
+from .._kernels.checks import FloatArray
+from .._kernels.door import door
+from ..axes import frequency_axis
 from ..errors import FbsError
-from ..frf import Frf, Quantity, frequency_axis, require_same_frequency
+from ..frf import Frf, Quantity, as_quantity
+from .measurement import AS_STATED, Candidate, Contents, Given, Measured, few, take
+from .stated_units import frequency_factor, frf_unit, states_ratio, unit_system
+from .universal import (
+    COHERENCE,
+    EVEN,
+    FRF,
+    FUNCTION_TYPES,
+    LINE,
+    MULTIPLE_COHERENCE,
+    TRANSMISSIBILITY,
+    UNEVEN,
+    Axis,
+    End,
+    Function,
+    UffError,
+    UnitSystem,
+    Universal,
+    read_universal,
+)
+from .universal_text import ASCII, function_text, six_digits, unit_system_text
 from .whole_files import written_whole
 
 RESPONSE, EXCITATION = "response: ", "excitation: "
-LINE = 80
-"""Characters of an ID line."""
 
-FRF_FUNCTION, FREQUENCY, FORCE = 4, 18, 13
-EVEN, UNEVEN = 1, 0
-COMPLEX = (5, 6)
+FREQUENCY, FORCE = 18, 13
+GENERAL = (0, 1)
 DATA_TYPES = {8: Quantity.RECEPTANCE, 11: Quantity.MOBILITY, 12: Quantity.ACCELERANCE}
-UNITS = {Quantity.RECEPTANCE: "m", Quantity.MOBILITY: "m/s", Quantity.ACCELERANCE: "m/s^2"}
-DIRECTIONS = ("", "x", "y", "z", "rx", "ry", "rz")
-SPELLINGS = {
-    Quantity.RECEPTANCE: {"m", "rad"},
-    Quantity.MOBILITY: {"m/s", "rad/s"},
-    Quantity.ACCELERANCE: {"m/s^2", "m/s2", "rad/s^2", "rad/s2"},
+OTHER_TYPES = {
+    2: "stress",
+    3: "strain",
+    5: "temperature",
+    6: "heat flux",
+    9: "reaction force",
+    13: "force",
+    15: "pressure",
+    16: "mass",
 }
-FORCE_SPELLINGS = {"n", "nm", "n*m", "n.m"}
+UNITS = {Quantity.RECEPTANCE: "m", Quantity.MOBILITY: "m/s", Quantity.ACCELERANCE: "m/s^2"}
+ANGULAR_UNITS = {unit: unit.replace("m", "rad") for unit in UNITS.values()}
+DIRECTIONS = ("", "x", "y", "z", "rx", "ry", "rz")
 
 
-class UffError(FbsError):
-    """A universal file that holds no FRF matrix, or an FRF that does not fit into one."""
+@dataclass(frozen=True)
+class Channel:
+    """Where a DoF stands in a universal file.
+
+    Attributes
+    ----------
+    node : int
+    direction : int
+        -6 to 6; above 3 a rotation, then written in rad and N m.
+    radius : float
+        r of a rotation carried as w = r·θ.
+    """
+
+    node: int
+    direction: int = 0
+    radius: float = 1.0
+
+    @property
+    def rotation(self) -> bool:
+        """Whether it turns."""
+        return abs(self.direction) > 3
+
+    @property
+    def end(self) -> End:
+        """Node and direction."""
+        return End(self.node, self.direction)
 
 
-def write_uff(frf: Frf, path: str | os.PathLike[str]) -> None:
+@door
+def write_uff(
+    frf: Frf,
+    path: str | os.PathLike[str],
+    channels: Mapping[str, Channel] | None = None,
+    coherence: FloatArray | None = None,
+    form: str = ASCII,
+) -> None:
     """Write an FRF to a file as dataset 58; see `write_uff_to`.
 
-    The file appears complete or not at all.
-
-    Parameters
-    ----------
-    frf : Frf
-    path : path
-        Replaced if it exists.
+    The file appears complete or not at all, and replaces an existing one.
 
     Raises
     ------
@@ -72,48 +116,66 @@ def write_uff(frf: Frf, path: str | os.PathLike[str]) -> None:
         As for `files.written_whole`; FileNotFoundError where there is no such folder.
     """
     with written_whole(path) as file:
-        write_uff_to(frf, file)
+        write_uff_to(frf, file, channels, coherence, form)
 
 
-def write_uff_to(frf: Frf, file: BinaryIO) -> None:
+def write_uff_to(
+    frf: Frf,
+    file: BinaryIO,
+    channels: Mapping[str, Channel] | None = None,
+    coherence: FloatArray | None = None,
+    form: str = ASCII,
+) -> None:
     """Write an FRF as dataset 58, one function per pair of response and excitation.
 
-    Values keep twelve digits. The axis is written evenly spaced if its start and step have at most
-    six digits, else line by line if all lines have.
+    The axis is written evenly spaced if its start and step have at most six digits, else line by
+    line if all lines have.
 
     Parameters
     ----------
     frf : Frf
     file : binary file, open
+    channels : mapping of str to Channel, optional
+        Label → node and direction. A rotation is written as one, θ = w / r and M = r f. Labels
+        that are not there get the next node numbers, as scalars.
+    coherence : array, shape of the FRF's values, optional
+        Written as functions of their own.
+    form : "ascii" or "binary"
 
     Raises
     ------
     UffError
-        Frequencies of more than six digits, fewer than two lines, or labels that do not fit.
+        Frequencies of more than six digits, fewer than two lines, labels that do not fit.
     """
     spacing = _spacing(frf.frequency)
     labels = dict.fromkeys(frf.responses + frf.excitations)
     for label in labels:
         refuse_unfit_label(label)
-    nodes = {label: number for number, label in enumerate(labels, start=1)}
-    functions = (
-        _function(frf, response, excitation, nodes, spacing)
-        for excitation in frf.excitations
-        for response in frf.responses
-    )
-    write_datasets(chain([si_units()], functions), file)
+    places = _places(labels, channels or {})
+    file.write(unit_system_text())
+    for function in _functions(frf, places, spacing, coherence):
+        file.write(function_text(function, form))
 
 
-def read_uff(path: str | os.PathLike[str]) -> Frf:
+@door
+def read_uff(
+    path: str | os.PathLike[str],
+    quantity: Quantity | str | None = None,
+    unit: str | None = None,
+    run: int | None = None,
+) -> Frf:
     """Read the FRF matrix of a universal file, ASCII or binary; other datasets are passed over.
 
     The axis is rebuilt with `frequency_axis` where it can be, so that it equals a computed one in
-    every digit and the FRF can be coupled. Units are brought to SI by dataset 164; without it
-    they are SI. Rotations stay in rad and N m: times or divided by r they become w = r·θ.
+    every digit and the FRF can be coupled. Values are brought to SI, see `stated_units`. Rotations
+    stay in rad and N m: times or divided by r they become w = r·θ. `frf_files.read_frf` takes a
+    block of a file that holds more.
 
     Parameters
     ----------
     path : path
+    quantity, unit, run
+        As in `measurement.Given`, where the file does not say it.
 
     Returns
     -------
@@ -124,95 +186,22 @@ def read_uff(path: str | os.PathLike[str]) -> Frf:
     ------
     UffError
         Truncated or damaged; no FRFs; pairs missing or twice; mixed axes or quantities; real
-        ordinates; an abscissa that is no frequency; a quantity or unit that is not known; NaN.
-    FileNotFoundError
+        ordinates; an abscissa that is no frequency; a quantity or unit that is not known or
+        contradicts; NaN.
+    OSError
     """
     source = Path(path)
+    known = None if quantity is None else as_quantity(quantity)
+    given = Given(known, (unit,) if unit else (), run)
     try:
-        return _matrix(_measurements(source))
+        contents = uff_contents(read_universal(source), given)
+        _require_matrix(contents, run)
+        return take(contents, run=run).frf
     except FbsError as error:
-        raise UffError(f"{source}: {error}") from error
-
-
-class _PyuffErrors:
-    """Turn what pyuff raises, a bare `Exception`, into an error that says what failed."""
-
-    def __init__(self, failure: str) -> None:
-        self.failure = failure
-
-    def __enter__(self) -> None:
-        return None
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        if kind is Exception:
-            raise UffError(f"{self.failure} ({error})") from error
+        raise UffError(f"{source}: {str(error).removeprefix(f'{source}: ')}") from error
 
 
 # --- writing -----------------------------------------------------------------------------------
-
-
-def write_datasets(datasets: Iterable[dict[str, Any]], file: BinaryIO) -> None:
-    """Write datasets by pyuff, which reads a file again after every one: each to a small one."""
-    import pyuff
-
-    with tempfile.TemporaryDirectory(prefix="uff-") as folder:
-        scratch = Path(folder, "dataset")
-        for dataset in datasets:
-            # 'overwrite' is safe in ASCII only: in binary pyuff writes the data over the header
-            with _PyuffErrors("the universal file could not be written"):
-                pyuff.UFF(str(scratch)).write_sets(dataset, mode="overwrite")
-            file.write(scratch.read_bytes())
-
-
-def si_units() -> dict[str, Any]:
-    """Return the dataset 164 of SI units."""
-    return {
-        "type": 164,
-        "units_code": 1,
-        "units_description": "SI",
-        "temp_mode": 1,
-        "length": 1.0,
-        "force": 1.0,
-        "temp": 1.0,
-        "temp_offset": 273.15,
-    }
-
-
-def _function(
-    frf: Frf, response: str, excitation: str, nodes: dict[str, int], spacing: int
-) -> dict[str, Any]:
-    data_type = {quantity: code for code, quantity in DATA_TYPES.items()}[frf.quantity]
-    return {
-        "type": 58,
-        "binary": 0,
-        "id1": f"{frf.quantity} {response} / {excitation}"[:LINE],
-        "id4": RESPONSE + response,
-        "id5": EXCITATION + excitation,
-        "func_type": FRF_FUNCTION,
-        "rsp_node": nodes[response],
-        "rsp_dir": 0,
-        "ref_node": nodes[excitation],
-        "ref_dir": 0,
-        "abscissa_spacing": spacing,
-        "abscissa_spec_data_type": FREQUENCY,
-        "abscissa_axis_lab": "Frequency",
-        "abscissa_axis_units_lab": "Hz",
-        "ordinate_spec_data_type": data_type,
-        "ordinate_len_unit_exp": 1,
-        "ordinate_axis_lab": str(frf.quantity),
-        "ordinate_axis_units_lab": UNITS[frf.quantity],
-        "orddenom_spec_data_type": FORCE,
-        "orddenom_force_unit_exp": 1,
-        "orddenom_axis_lab": "Force",
-        "orddenom_axis_units_lab": "N",
-        "data": frf.between(response, excitation),
-        "x": frf.frequency,
-    }
 
 
 def refuse_unfit_label(label: str) -> None:
@@ -222,6 +211,71 @@ def refuse_unfit_label(label: str) -> None:
         raise UffError(f"label {label!r} has {len(label)} characters; UFF takes {longest}")
     if not label.isprintable() or label != label.strip():
         raise UffError(f"label {label!r} would not survive: unprintable, or blanks at its ends")
+
+
+def _places(labels: Mapping[str, None], channels: Mapping[str, Channel]) -> dict[str, Channel]:
+    next_node = max((c.node for c in channels.values()), default=0) + 1
+    places = dict(channels)
+    for label in labels:
+        if label not in places:
+            places[label] = Channel(next_node)
+            next_node += 1
+    return places
+
+
+def _functions(
+    frf: Frf, places: Mapping[str, Channel], spacing: int, coherence: FloatArray | None
+) -> Iterator[Function]:
+    for j, excitation in enumerate(frf.excitations):
+        for i, response in enumerate(frf.responses):
+            to, at = places[response], places[excitation]
+            values = frf.values[:, i, j] / (
+                (to.radius if to.rotation else 1.0) * (at.radius if at.rotation else 1.0)
+            )
+            unit = UNITS[frf.quantity]
+            data_type = {quantity: code for code, quantity in DATA_TYPES.items()}[frf.quantity]
+            axes = (
+                Axis(data_type, str(frf.quantity), ANGULAR_UNITS[unit] if to.rotation else unit),
+                Axis(FORCE, "Moment" if at.rotation else "Force", "N m" if at.rotation else "N"),
+            )
+            yield _function(frf, (response, excitation), (to.end, at.end), axes, values, spacing)
+            if coherence is not None:
+                none = (Axis(0, "Coherence"), Axis(0))
+                known = np.asarray(coherence[:, i, j])
+                ends = (to.end, at.end)
+                yield _function(
+                    frf, (response, excitation), ends, none, known, spacing, kind=COHERENCE
+                )
+
+
+def _function(
+    frf: Frf,
+    pair: tuple[str, str],
+    ends: tuple[End, End],
+    axes: tuple[Axis, Axis],
+    values: np.ndarray,
+    spacing: int,
+    kind: int = FRF,
+) -> Function:
+    response, excitation = pair
+    name = str(frf.quantity) if kind == FRF else "coherence"
+    return Function(
+        (
+            f"{name} {response} / {excitation}"[:LINE],
+            "NONE",
+            "NONE",
+            RESPONSE + response,
+            EXCITATION + excitation,
+        ),
+        kind,
+        *ends,
+        Axis(FREQUENCY, "Frequency", "Hz"),
+        *axes,
+        frf.frequency,
+        values,
+        spacing,
+        float(frf.frequency[1] - frf.frequency[0]),
+    )
 
 
 def _spacing(axis: FloatArray) -> int:
@@ -243,11 +297,6 @@ def _spacing(axis: FloatArray) -> int:
     )
 
 
-def six_digits(values: Iterable[float]) -> FloatArray:
-    """Return the values as E13.5 keeps them."""
-    return np.array([float(f"{value:.5e}") for value in values])
-
-
 def _same(stored: FloatArray, axis: FloatArray) -> bool:
     return bool((np.abs(stored - axis) <= 1e-12 * axis).all())
 
@@ -263,175 +312,134 @@ def _even_axis(first: float, step: float, count: int) -> FloatArray:
 # --- reading -----------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, eq=False)
-class _Measurement:
-    """One function: values (nf,) in SI."""
+def uff_contents(file: Universal, given: Given = AS_STATED) -> Contents:
+    """Return the FRFs of a universal file, its coherences, and what else it holds.
 
-    response: str
-    excitation: str
-    quantity: Quantity
-    axis: FloatArray
-    values: ComplexArray
-
-    def __str__(self) -> str:
-        return f"the FRF from {self.excitation!r} to {self.response!r}"
-
-
-def _measurements(path: Path) -> list[_Measurement]:
-    functions, types, length, force = read_functions(path)
-    found = [_measurement(f, length, force) for f in functions if f["func_type"] == FRF_FUNCTION]
-    if not found:
+    Raises
+    ------
+    UffError
+        It holds no FRF, or several unit systems.
+    """
+    system = unit_system(file.units)
+    candidates: list[Candidate] = []
+    others: dict[str, list[str]] = {}
+    coherences: dict[tuple[str, str], list[FloatArray]] = {}
+    for f in file.functions:
+        other = _foreign(f) if f.kind == FRF else FUNCTION_TYPES.get(f.kind, f"type {f.kind}")
+        if other is None:
+            candidates.append(_candidate(f, system, given))
+        elif f.kind in (COHERENCE, MULTIPLE_COHERENCE):
+            pair = (dof_label(f, "response")[0], dof_label(f, "reference")[0])
+            coherences.setdefault(pair, []).append(np.asarray(f.values.real, dtype=float))
+        else:
+            others.setdefault(other, []).append(dof_label(f, "response")[0])
+    if not candidates:
+        there = "; ".join(f"{words} of {few(labels)}" for words, labels in others.items())
         raise UffError(
-            f"no FRF (dataset 58, function type 4) inside; {what_is_there(functions, types)}"
+            f"no FRF (dataset 58, function type 4) inside; {file}" + (f": {there}" if there else "")
         )
-    return found
+    listed = [f"{len(labels)} {words} ({few(labels)})" for words, labels in others.items()]
+    return Contents(tuple(candidates), coherences, tuple(listed))
 
 
-def read_functions(path: Path) -> tuple[list[dict[str, Any]], list[int], float, float]:
-    """Return the datasets 58, the types of all, and the factors of length and force."""
-    import pyuff
-
-    _refuse_truncated(path.read_bytes())
-    with _PyuffErrors("the file is damaged"):
-        file = pyuff.UFF(str(path))
-        types = [int(kind) for kind in file.get_set_types()]
-    length, force = _unit_factors([_dataset(file, n) for n, t in enumerate(types) if t == 164])
-    return [_dataset(file, n) for n, t in enumerate(types) if t == 58], types, length, force
+def _foreign(f: Function) -> str | None:
+    """Say what a function of type 4 is where its data types show that it is no FRF of motion."""
+    above, below = f.ordinate.kind, f.denominator.kind
+    if above in DATA_TYPES and below in DATA_TYPES:
+        return f"{FUNCTION_TYPES[TRANSMISSIBILITY]} (data type {above} per {below})"
+    if above in OTHER_TYPES or below in set(OTHER_TYPES) - {FORCE} | set(DATA_TYPES):
+        return f"{OTHER_TYPES.get(above, 'function')} (data type {above} per {below})"
+    return None
 
 
-def what_is_there(functions: Sequence[dict[str, Any]], types: Iterable[int]) -> str:
-    """Say which datasets and functions a file holds."""
-    kinds = sorted({int(f["func_type"]) for f in functions})
-    numbers = ", ".join(str(kind) for kind in sorted(set(types)))
-    found = f"there are datasets {numbers}" if numbers else "there are no datasets at all"
-    return found + (f", functions of type {kinds}" if kinds else "")
+def _candidate(f: Function, system: UnitSystem | None, given: Given) -> Candidate:
+    response, response_sign = dof_label(f, "response")
+    excitation, excitation_sign = dof_label(f, "reference")
+    sign = response_sign * excitation_sign
 
-
-def _refuse_truncated(content: bytes) -> None:
-    """Datasets open and close with a line of -1; pyuff drops one that never closes."""
-    if len(re.findall(rb"    -1 *(?=[\r\n]|\Z)", content)) % 2:
-        raise UffError("the file is truncated: its last dataset has no end")
-
-
-def _dataset(file: Any, number: int) -> dict[str, Any]:
-    with _PyuffErrors(f"dataset number {number + 1} is damaged"):
-        dataset: dict[str, Any] = file.read_sets(number)
-    return dataset
-
-
-def _unit_factors(units: Sequence[dict[str, Any]]) -> tuple[float, float]:
-    """Return the length and force of dataset 164: file units = SI units times the factor."""
-    factors = {(float(u["length"]), float(u["force"])) for u in units} or {(1.0, 1.0)}
-    if len(factors) > 1:
-        raise UffError(f"several unit systems (dataset 164), length and force {sorted(factors)}")
-    length, force = factors.pop()
-    if not (0 < length < np.inf and 0 < force < np.inf):
-        raise UffError(f"dataset 164 has the unit factors length {length:g} and force {force:g}")
-    return length, force
-
-
-def _measurement(dataset: dict[str, Any], length: float, force: float) -> _Measurement:
-    response, response_sign = dof_label(dataset, "id4", RESPONSE, "rsp")
-    excitation, excitation_sign = dof_label(dataset, "id5", EXCITATION, "ref")
-    name = f"the FRF from {excitation!r} to {response!r}"
-    quantity = _quantity(dataset, name)
-    if dataset["ord_data_type"] not in COMPLEX:
-        raise UffError(f"{name} is real (ordinate type {dataset['ord_data_type']}), not complex")
-    if (length, force) == (1.0, 1.0):
-        _refuse_foreign_units(dataset, quantity, name)
-    values = np.asarray(dataset["data"], dtype=complex)
-    if values.size != dataset["num_pts"]:
-        raise UffError(f"{name} has {values.size} values where {dataset['num_pts']} are announced")
-    # m per N; an angle has no length, a moment has one: rad per N m
-    exponent = (abs(dataset["ref_dir"]) > 3) - (abs(dataset["rsp_dir"]) <= 3)
-    factor = response_sign * excitation_sign * force * length**exponent
-    return _Measurement(response, excitation, quantity, _axis(dataset), values * factor)
-
-
-def dof_label(dataset: dict[str, Any], line: str, prefix: str, end: str) -> tuple[str, int]:
-    """Return the label at one end, and the sign that makes its direction positive."""
-    node, direction = int(dataset[f"{end}_node"]), int(dataset[f"{end}_dir"])
-    if abs(direction) >= len(DIRECTIONS):
-        raise UffError(f"node {node} has the direction code {direction}; known are -6 to 6")
-    text = dataset[line]
-    if text.startswith(prefix):
-        return text[len(prefix) :], 1
-    entity = dataset[f"{end}_ent_name"]
-    parts = ("" if entity == "NONE" else entity, str(node), DIRECTIONS[abs(direction)])
-    return ".".join(filter(None, parts)), -1 if direction < 0 else 1
-
-
-def _quantity(dataset: dict[str, Any], name: str) -> Quantity:
-    abscissa, above, below = (
-        dataset[f"{axis}_spec_data_type"] for axis in ("abscissa", "ordinate", "orddenom")
-    )
-    if abscissa != FREQUENCY:
-        raise UffError(
-            f"{name} has an abscissa of data type {abscissa}, not {FREQUENCY} (frequency)"
-        )
-    if above not in DATA_TYPES or below != FORCE:
-        known = ", ".join(f"{code} ({quantity})" for code, quantity in DATA_TYPES.items())
-        raise UffError(
-            f"{name} is data type {above} per {below}; known are {known} per {FORCE} (force)"
-        )
-    return DATA_TYPES[above]
-
-
-def _refuse_foreign_units(dataset: dict[str, Any], quantity: Quantity, name: str) -> None:
-    """Refuse unit labels that contradict SI: no factor would say what they mean."""
-    for axis, known in (
-        ("abscissa", {"hz"}),
-        ("ordinate", SPELLINGS[quantity]),
-        ("orddenom", FORCE_SPELLINGS),
-    ):
-        refuse_foreign_unit(dataset[f"{axis}_axis_units_lab"], known, name)
-
-
-def refuse_foreign_unit(label: str, known: set[str], name: str) -> None:
-    """Refuse a unit label that is none of the SI spellings known."""
-    plain = re.sub(r"[()\s]", "", label.lower()).replace("**", "^").replace("²", "^2")
-    if plain.removesuffix("/n") not in known | {"", "none"}:
-        raise UffError(
-            f"{name} has the unit {label!r}; without other factors in dataset 164 it must be "
-            f"SI ({' or '.join(sorted(known))})"
+    def measured() -> Measured:
+        name = f"the FRF from {excitation!r} to {response!r}"
+        quantity = _quantity(f, given, name)
+        if not np.iscomplexobj(f.values):
+            raise UffError(f"{name} is real, not complex")
+        stated = frf_unit(
+            (f.response, f.reference), (f.ordinate, f.denominator), quantity, system,
+            given.units, name,
+        )  # fmt: skip
+        values = f.values * (sign * stated.factor)
+        axis = _axis(f, name)
+        return Measured(
+            response, excitation, quantity, axis, values, stated.angle, stated.moment, stated.note
         )
 
+    return Candidate(response, excitation, measured)
 
-def _axis(dataset: dict[str, Any]) -> FloatArray:
-    if dataset["abscissa_spacing"] == UNEVEN:
-        return np.asarray(dataset["x"], dtype=float)
-    first, step = float(dataset["abscissa_min"]), float(dataset["abscissa_inc"])
+
+def dof_label(f: Function, side: str) -> tuple[str, int]:
+    """Return the label at one end, and the sign that makes its direction positive.
+
+    Parameters
+    ----------
+    f : Function
+    side : "response" or "reference"
+    """
+    end: End = getattr(f, side)
+    line, prefix = (f.ids[3], RESPONSE) if side == "response" else (f.ids[4], EXCITATION)
+    if line.startswith(prefix):
+        return line[len(prefix) :], 1
+    entity = "" if end.entity == "NONE" else end.entity
+    parts = (entity, str(end.node), DIRECTIONS[abs(end.direction)])
+    return ".".join(filter(None, parts)), -1 if end.direction < 0 else 1
+
+
+def _quantity(f: Function, given: Given, name: str) -> Quantity:
+    """Return what the data types say, or the user where they are general or unknown."""
+    above, below = f.ordinate.kind, f.denominator.kind
+    if f.abscissa.kind not in (FREQUENCY, *GENERAL):
+        raise UffError(
+            f"{name} has an abscissa of data type {f.abscissa.kind}, not {FREQUENCY} (frequency)"
+        )
+    stated = DATA_TYPES.get(above)
+    if stated is not None and given.quantity not in (None, stated):
+        raise UffError(f"{name} is {stated} (data type {above}), not {given.quantity} as given")
+    if stated is not None and below == FORCE:
+        return stated
+    known = ", ".join(f"{code} ({quantity})" for code, quantity in DATA_TYPES.items())
+    hint = "say what it is by its quantity and unit (--quantity accelerance --unit m/s^2/N)"
+    if above not in (*GENERAL, *DATA_TYPES) or below not in (*GENERAL, FORCE):
+        raise UffError(f"{name} is data type {above} per {below}; known are {known} per {FORCE}")
+    ratio = given.quantity and states_ratio((f.ordinate, f.denominator), given.quantity)
+    if given.quantity is None or not (given.units or ratio):
+        raise UffError(
+            f"{name} is data type {above} per {below}, which does not say what it is (known are "
+            f"{known} per {FORCE}); {hint}"
+        )
+    return given.quantity
+
+
+def _axis(f: Function, name: str) -> FloatArray:
+    factor = frequency_factor(f.abscissa.unit, name)
+    if f.spacing == UNEVEN:
+        return f.x * factor
+    first, step = float(f.x[0]) * factor, f.step * factor
     if not (first >= 0 and step > 0):
         raise UffError(f"the frequencies start at {first:g} Hz with a step of {step:g} Hz")
-    return _even_axis(first, step, int(dataset["num_pts"]))
+    return _even_axis(first, step, f.x.size)
 
 
-def _matrix(measurements: Sequence[_Measurement]) -> Frf:
-    """Arrange the functions; every response must be there for every excitation."""
-    first = measurements[0]
-    responses = tuple(dict.fromkeys(m.response for m in measurements))
-    excitations = tuple(dict.fromkeys(m.excitation for m in measurements))
-    found: dict[tuple[str, str], _Measurement] = {}
-    for one in measurements:
-        if one.quantity != first.quantity:
-            raise UffError(f"{first} is {first.quantity}, {one} is {one.quantity}")
-        require_same_frequency(first.axis, one.axis, f"the axes of {first} and of {one} differ")
-        if found.setdefault((one.response, one.excitation), one) is not one:
-            raise UffError(f"{one} is there more than once")
-    _refuse_missing(responses, excitations, found)
-    values = np.empty((len(responses), len(excitations), first.axis.size), dtype=complex)
-    for i, response in enumerate(responses):
-        for j, excitation in enumerate(excitations):
-            values[i, j] = found[response, excitation].values
-    return Frf(first.axis, values.transpose(2, 0, 1), responses, excitations, first.quantity)
-
-
-def _refuse_missing(
-    responses: Sequence[str], excitations: Sequence[str], found: Iterable[tuple[str, str]]
-) -> None:
-    pairs = {(response, excitation) for response in responses for excitation in excitations}
-    missing = sorted(pairs - set(found))
+def _require_matrix(contents: Contents, run: int | None) -> None:
+    """Refuse a file whose FRFs are no whole matrix, or are several."""
+    pairs = [c.pair for c in contents.candidates]
+    responses, excitations = (list(dict.fromkeys(ends)) for ends in zip(*pairs, strict=True))
+    twice = [pair for pair, n in Counter(pairs).items() if n > 1] if run is None else []
+    if twice:
+        response, excitation = twice[0]
+        raise UffError(
+            f"the FRF from {excitation!r} to {response!r} is there more than once; choose a run"
+        )
+    missing = sorted({(r, e) for r in responses for e in excitations} - set(pairs))
     if missing:
         shown = ", ".join(f"{excitation!r} to {response!r}" for response, excitation in missing[:5])
         more = ", ..." if len(missing) > 5 else ""
-        raise UffError(f"{len(missing)} of {len(pairs)} FRFs are missing: {shown}{more}")
+        count = len(responses) * len(excitations)
+        raise UffError(f"{len(missing)} of {count} FRFs are missing: {shown}{more}")

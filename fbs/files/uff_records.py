@@ -1,49 +1,42 @@
-"""Records of time: universal files, dataset 58, functions of time (type 1), through pyuff.
+"""Records of time: universal files, dataset 58, functions of time (type 1).
 
 One function per channel, ASCII double precision: samples have twelve digits. The step has six
 (E13.5), so a sampling frequency must be a whole number of hertz that six digits of its step give
 back (51200 Hz is read from 1.95312E-05 s), or have a step of six digits.
 
 Forces stand as "excitation: label" in ID line 4, responses as "response: label"; lines 2, 3 and 5
-hold the metadata as JSON. Files from others have no such lines: labels are then as in `fbs.uff`.
+hold the metadata as JSON. Files from others have no such lines: labels are then as in `uff`.
 """
 
 from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from itertools import chain
 from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
 
-from .._kernels.checks import FloatArray
-from ..frf import Quantity
 from ..signal.records import Record
-from .uff import (
-    DATA_TYPES,
+from .record_csv import ROTATION, Column, record_of
+from .stated_units import channel_unit, unit_system
+from .uff import DATA_TYPES, EXCITATION, FORCE, RESPONSE, UNITS, dof_label, refuse_unfit_label
+from .units import TIME as TIME_DIMENSION
+from .units import is_nothing, read_unit
+from .universal import (
     EVEN,
-    EXCITATION,
-    FORCE,
-    FORCE_SPELLINGS,
     LINE,
-    RESPONSE,
-    SPELLINGS,
-    UNITS,
+    TIME_RESPONSE,
+    Axis,
+    End,
+    Function,
     UffError,
-    dof_label,
-    read_functions,
-    refuse_foreign_unit,
-    refuse_unfit_label,
-    si_units,
-    six_digits,
-    what_is_there,
-    write_datasets,
+    UnitSystem,
+    read_universal,
 )
+from .universal_text import function_text, six_digits, unit_system_text
 
-TIME_RESPONSE, TIME = 1, 17
-METADATA_LINES = ("id2", "id3", "id5")
+TIME = 17
 
 
 def write_uff_record(record: Record, file: BinaryIO, metadata: Mapping[str, Any]) -> None:
@@ -66,8 +59,9 @@ def write_uff_record(record: Record, file: BinaryIO, metadata: Mapping[str, Any]
     notes = _id_lines(metadata)
     for label in (*record.excitations, *record.responses):
         refuse_unfit_label(label)
-    functions = (function | notes for function in _functions(record))
-    write_datasets(chain([si_units()], functions), file)
+    file.write(unit_system_text())
+    for function in _functions(record, notes):
+        file.write(function_text(function))
 
 
 def read_uff_record(path: Path) -> tuple[Record, dict[str, Any]]:
@@ -76,147 +70,154 @@ def read_uff_record(path: Path) -> tuple[Record, dict[str, Any]]:
     Raises
     ------
     UffError
-        No functions of time, no force or no motion among them, or channels of different steps,
-        lengths or quantities.
+        As for `read_uff_records`, or a channel that is there more than once.
     """
-    functions, types, length, force = read_functions(path)
-    channels = [f for f in functions if f["func_type"] == TIME_RESPONSE]
+    records, notes = read_uff_records(path)
+    if len(records) > 1:
+        raise UffError(
+            f"the channel {records[0].excitations[0]!r} is there more than once: it holds "
+            f"{len(records)} records"
+        )
+    return records[0], notes
+
+
+def read_uff_records(path: Path) -> tuple[list[Record], dict[str, Any]]:
+    """Read all records of a universal file: one for every time its channels are there.
+
+    Raises
+    ------
+    UffError
+        No functions of time, no force or no motion among them, channels of different steps,
+        lengths or quantities, or of different number.
+    """
+    file = read_universal(path)
+    channels = [f for f in file.functions if f.kind == TIME_RESPONSE]
     if not channels:
-        raise UffError(
-            f"no function of time (dataset 58, function type 1) inside; "
-            f"{what_is_there(functions, types)}"
-        )
+        raise UffError(f"no function of time (dataset 58, function type 1) inside; {file}")
     first = channels[0]
-    inputs: dict[str, FloatArray] = {}
-    outputs: dict[str, FloatArray] = {}
-    quantities: dict[str, Quantity] = {}
+    system = unit_system(file.units)
+    found: dict[tuple[str, bool], list[Column]] = {}
     for channel in channels:
-        for key, what in (("abscissa_inc", "time steps"), ("num_pts", "lengths")):
-            if channel[key] != first[key]:
-                raise UffError(f"the channels have different {what}: {first[key]}, {channel[key]}")
-        label, samples, quantity = _channel(channel, length, force)
-        group = inputs if quantity is None else outputs
-        if label in group:
-            raise UffError(f"the channel {label!r} is there more than once")
-        group[label] = samples
-        if quantity is not None:
-            quantities[label] = quantity
-    if not inputs or not outputs:
+        for what, one, other in (
+            ("time steps", first.step, channel.step),
+            ("lengths", first.x.size, channel.x.size),
+        ):
+            if one != other:
+                raise UffError(f"the channels have different {what}: {one}, {other}")
+        column = _channel(channel, system)
+        found.setdefault((column.label, column.quantity is None), []).append(column)
+    counts = {label: len(columns) for (label, _), columns in found.items()}
+    if len(set(counts.values())) > 1:
         raise UffError(
-            f"a force and a motion are needed; there are the forces {', '.join(inputs) or 'none'} "
-            f"and the motions {', '.join(outputs) or 'none'}"
+            "its channels are there a different number of times: "
+            + ", ".join(f"{label} ({n})" for label, n in counts.items())
         )
-    if len(set(quantities.values())) > 1:
-        mixed = ", ".join(f"{label} (as {quantity})" for label, quantity in quantities.items())
-        raise UffError(f"displacements, velocities and accelerations are mixed: {mixed}")
-    record = Record(
-        _rate(_step(first)),
-        np.column_stack(list(inputs.values())),
-        np.column_stack(list(outputs.values())),
-        tuple(inputs),
-        tuple(outputs),
-        next(iter(quantities.values())),
-    )
-    return record, _metadata(first)
+    rate = _rate(_step(first))
+    records = [
+        record_of([columns[n] for columns in found.values()], None, rate)
+        for n in range(next(iter(counts.values())))
+    ]
+    return records, _metadata(first)
 
 
-def _functions(record: Record) -> Iterator[dict[str, Any]]:
+def _functions(record: Record, notes: tuple[str, str, str]) -> Iterator[Function]:
     labels = dict.fromkeys(record.excitations + record.responses)
     nodes = {label: number for number, label in enumerate(labels, start=1)}
     data_type = {quantity: code for code, quantity in DATA_TYPES.items()}[record.quantity]
     time = record.time
-    for samples, names, prefix, kind, unit in (
-        (record.inputs, record.excitations, EXCITATION, FORCE, "N"),
-        (record.outputs, record.responses, RESPONSE, data_type, UNITS[record.quantity]),
+    for samples, names, prefix, axis in (
+        (record.inputs, record.excitations, EXCITATION, Axis(FORCE, "Force", "N")),
+        (
+            record.outputs,
+            record.responses,
+            RESPONSE,
+            Axis(data_type, "Motion", UNITS[record.quantity]),
+        ),
     ):
         for column, label in enumerate(names):
-            yield {
-                "type": 58,
-                "binary": 0,
-                "id1": f"{prefix}{label}, {unit}"[:LINE],
-                "id4": prefix + label,
-                "func_type": TIME_RESPONSE,
-                "rsp_node": nodes[label],
-                "rsp_dir": 0,
-                "ref_node": 0,
-                "ref_dir": 0,
-                "abscissa_spacing": EVEN,
-                "abscissa_spec_data_type": TIME,
-                "abscissa_axis_lab": "Time",
-                "abscissa_axis_units_lab": "s",
-                "ordinate_spec_data_type": kind,
-                "ordinate_len_unit_exp": int(kind != FORCE),
-                "ordinate_force_unit_exp": int(kind == FORCE),
-                "ordinate_axis_lab": "Force" if kind == FORCE else "Motion",
-                "ordinate_axis_units_lab": unit,
-                "orddenom_spec_data_type": 0,
-                "data": np.array(samples[:, column]),
-                "x": time,
-            }
+            first = f"{prefix}{label}, {axis.unit}"[:LINE]
+            yield Function(
+                (first, notes[0], notes[1], prefix + label, notes[2]),
+                TIME_RESPONSE,
+                End(nodes[label]),
+                End(0),
+                Axis(TIME, "Time", "s"),
+                axis,
+                Axis(0),
+                time,
+                np.array(samples[:, column]),
+                EVEN,
+                record.time_step,
+            )
 
 
-def _id_lines(metadata: Mapping[str, Any]) -> dict[str, str]:
+def _id_lines(metadata: Mapping[str, Any]) -> tuple[str, str, str]:
     """Return metadata as JSON on the free ID lines; a blank would not survive at a line's end."""
     text = json.dumps(metadata, separators=(",", ":"), allow_nan=False).replace(" ", "\\u0020")
-    if len(text) > LINE * len(METADATA_LINES):
+    if len(text) > LINE * 3:
         raise UffError(
-            f"the metadata have {len(text)} characters as JSON; UFF takes "
-            f"{LINE * len(METADATA_LINES)}; leave some out, or use another format"
+            f"the metadata have {len(text)} characters as JSON; UFF takes {LINE * 3}; leave some "
+            "out, or use another format"
         )
-    parts = [text[n * LINE : (n + 1) * LINE] for n in range(len(METADATA_LINES))]
-    return {line: part or "NONE" for line, part in zip(METADATA_LINES, parts, strict=True)}
+    first, second, third = (text[n * LINE : (n + 1) * LINE] or "NONE" for n in range(3))
+    return first, second, third
 
 
-def _metadata(function: dict[str, Any]) -> dict[str, Any]:
-    text = "".join(part for line in METADATA_LINES if (part := function[line].strip()) != "NONE")
+def _metadata(function: Function) -> dict[str, Any]:
+    ids = (function.ids[1], function.ids[2], function.ids[4])
+    text = "".join(part for line in ids if (part := line.strip()) != "NONE")
     try:
         found = json.loads(text)
-    except ValueError:
+    except (ValueError, RecursionError):
         return {}  # another program's remarks
     return found if isinstance(found, dict) else {}
 
 
-def _channel(
-    dataset: dict[str, Any], length: float, force: float
-) -> tuple[str, FloatArray, Quantity | None]:
-    """Return label, samples in SI, and quantity (None: a force)."""
-    kind = int(dataset["ordinate_spec_data_type"])
+def _channel(f: Function, system: UnitSystem | None) -> Column:
+    """Return a channel in SI."""
+    kind = f.ordinate.kind
     quantity = None if kind == FORCE else DATA_TYPES.get(kind)
-    label, sign = dof_label(dataset, "id4", EXCITATION if kind == FORCE else RESPONSE, "rsp")
+    label, sign = _label(f, kind == FORCE)
     name = f"the channel {label!r}"
     if kind != FORCE and quantity is None:
         known = ", ".join(f"{code} ({which})" for code, which in DATA_TYPES.items())
         raise UffError(f"{name} is data type {kind}; known are {known} and {FORCE} (force)")
-    if dataset["abscissa_spec_data_type"] != TIME:
-        raise UffError(
-            f"{name} has an abscissa of data type {dataset['abscissa_spec_data_type']}, not "
-            f"{TIME} (time)"
-        )
-    if (length, force) == (1.0, 1.0):
-        known_units = FORCE_SPELLINGS if quantity is None else SPELLINGS[quantity]
-        refuse_foreign_unit(dataset["ordinate_axis_units_lab"], known_units, name)
-        refuse_foreign_unit(dataset["abscissa_axis_units_lab"], {"s", "sec"}, name)
-    if np.iscomplexobj(dataset["data"]):
+    if f.abscissa.kind != TIME:
+        raise UffError(f"{name} has an abscissa of data type {f.abscissa.kind}, not {TIME} (time)")
+    if np.iscomplexobj(f.values):
         raise UffError(f"{name} is complex; samples are real")
-    samples = np.asarray(dataset["data"], dtype=float)
-    if samples.size != dataset["num_pts"]:
-        raise UffError(f"{name} has {samples.size} values where {dataset['num_pts']} are announced")
-    if dataset["abscissa_spacing"] != EVEN:
+    if f.spacing != EVEN:
         raise UffError(
             f"{name} gives every time by itself, in six digits: too few to tell uniform sampling; "
             "write it evenly spaced"
         )
-    # an angle has no length, a moment has one
-    rotation = abs(dataset["rsp_dir"]) > 3
-    factor = force * length**rotation if quantity is None else length ** (not rotation)
-    return label, sign / factor * samples, quantity
+    stated = channel_unit(f.response, f.ordinate, quantity, system, name)
+    if stated.angle and not ROTATION.search(label):
+        raise UffError(
+            f"{name} is a rotation ({f.ordinate.unit}), and its label does not end in .rx, .ry or "
+            ".rz as a rotation's does"
+        )
+    return Column(label, quantity, np.asarray(f.values, dtype=float) * (sign * stated.factor))
 
 
-def _step(dataset: dict[str, Any]) -> float:
-    step = float(dataset["abscissa_inc"])
-    if not step > 0:
-        raise UffError(f"the time step is {step:g} s; must be greater than 0")
-    return step
+def _label(f: Function, force: bool) -> tuple[str, int]:
+    """Return the label of a channel; a force's stands in the same line as "excitation: "."""
+    prefix = EXCITATION if force else RESPONSE
+    if f.ids[3].startswith(prefix):
+        return f.ids[3][len(prefix) :], 1
+    return dof_label(f, "response")
+
+
+def _step(f: Function) -> float:
+    if not f.step > 0:
+        raise UffError(f"the time step is {f.step:g} s; must be greater than 0")
+    unit = f.abscissa.unit
+    if is_nothing(unit):
+        return f.step
+    found = read_unit(unit, (TIME_DIMENSION,))
+    if found is None:
+        raise UffError(f"the time is in {unit!r}, no unit of time")
+    return f.step * found.factor
 
 
 def _rate(step: float) -> float:

@@ -22,15 +22,20 @@ from .._kernels.checks import (
     ComplexArray,
     FloatArray,
     ascending_frequency,
-    read_only,
+    require_type,
+    sealed,
     unique_labels,
 )
-from ..coupling import CoupledFrf, Joint, Node, couple
+from .._kernels.door import door
+from .._mixed_assembly import MixedAssembly, Part
+from ..axes import require_same_frequency
+from ..coupling import CoupledFrf, couple
 from ..errors import FbsError, QuantityMismatchError, singular_kernel
-from ..frf import Frf, Quantity, require_same_frequency
+from ..frf import Frf, Quantity, computed_frf
 from ..interface_synthesis import InterfaceModes
+from ..joints import Joint, Node
 from ..modal_synthesis import modal_frf
-from ..second_order_system import SecondOrderSystem
+from ..second_order_system import SecondOrderSystem, SystemOrigin
 from .chain_layout import Labels, Tree
 from .chain_sweep import Asked, Sweep
 
@@ -55,6 +60,7 @@ PartSynthesis = Callable[..., Frf]
 """`modal_frf`, `direct_frf`, `sparse_frf`, ...: (system, frequency, responses, excitations)."""
 
 
+@door
 def couple_chain(
     parts: Mapping[str, System | Frf],
     joints: Sequence[Joint],
@@ -80,7 +86,9 @@ def couple_chain(
     Only the FRFs of the joints and those asked for are synthesised, part by part, block of lines
     by block. Time is linear in the number of parts, and so is the memory of a block;
     a part of k connections takes k inverses of k - 1. Lines very near a resonance of all that lies
-    beyond a part's several joints (see `GROWTH`) are left to `couple`, which pivots.
+    beyond a part's several joints (see `GROWTH`) are left to `couple`, which pivots, and so are
+    those where one side of a connection holds the other to less than `HELD` of its receptance.
+    `CoupledFrf.round_off` couples all parts at once, whose time is cubic in their number.
 
     Parameters
     ----------
@@ -115,7 +123,8 @@ def couple_chain(
     axis = ascending_frequency(frequency)
     rows = unique_labels(responses, "the responses")
     columns = unique_labels(excitations, "the excitations")
-    tree = Tree.of({name: _labels(part) for name, part in parts.items()}, joints)
+    joints = tuple(joints)
+    tree = Tree.of({name: _labels(name, part) for name, part in parts.items()}, joints)
     responding, excited = tree.owners(rows, 0), tree.owners(columns, 1)
     frfs = {
         name: _prepared(
@@ -129,14 +138,17 @@ def couple_chain(
         for lines in stretches(axis.size, BLOCK):
             result.sweep(lines)
     result.complete()
-    frf = Frf(axis, result.values.transpose(2, 0, 1), rows, columns)
-    return CoupledFrf(frf, read_only(result.condition), tree.joints)
+    sources = {name: frf.source for name, frf in frfs.items()}
+    origin = MixedAssembly(axis, sources, tree.joints, result.held)
+    frf = computed_frf(axis, result.values.transpose(2, 0, 1), rows, columns, origin=origin)
+    return CoupledFrf(frf, sealed(result.condition), tree.joints)
 
 
 @dataclass(frozen=True, eq=False)
 class _PartFrfs:
     """A part's receptances between its joints, which come first, and what is asked for of it."""
 
+    source: Part
     rows: tuple[str, ...]
     columns: tuple[str, ...]
     write: Write
@@ -147,9 +159,11 @@ class _PartFrfs:
         return values
 
 
-def _labels(part: System | Frf) -> Labels:
+def _labels(name: str, part: System | Frf) -> Labels:
     if isinstance(part, Frf):
         return part.responses, part.excitations
+    if not hasattr(part, "labels"):
+        raise FbsError(f"part {name!r} is a {type(part).__name__}, neither a system nor an Frf")
     return part.labels, part.labels
 
 
@@ -174,20 +188,29 @@ def _prepared(
                 f"part {name!r} is {part.quantity}; a chain couples receptances, convert with to"
             )
         require_same_frequency(axis, part.frequency, f"the axis of part {name!r} differs")
-        return _PartFrfs(rows, columns, partial(_copy, part.select(rows, columns)))
+        frf = part.select(rows, columns)
+        return _PartFrfs(frf, rows, columns, partial(_copy, frf))
     if not (rows and columns):  # nothing joined to it, and not both asked for
-        return _PartFrfs(rows, columns, lambda lines, out: None)
+        nothing = Frf(
+            axis, np.zeros((axis.size, len(rows), len(columns)), dtype=complex), rows, columns
+        )
+        return _PartFrfs(nothing, rows, columns, lambda lines, out: None)
     if synthesis is None:
-        return _PartFrfs(rows, columns, _modal(name, part, rows, columns, axis))
+        return _modal(name, part, rows, columns, axis)
     frf = synthesis(part, axis, rows, columns)
-    if (frf.responses, frf.excitations) != (rows, columns):
-        raise FbsError(f"the synthesis of part {name!r} returned other FRFs than asked for")
-    return _PartFrfs(rows, columns, partial(_copy, frf))
+    require_type(frf, Frf, f"the synthesis of part {name!r}")
+    if (frf.responses, frf.excitations, frf.quantity) != (rows, columns, Quantity.RECEPTANCE):
+        raise FbsError(
+            f"the synthesis of part {name!r} returned other FRFs than asked for: receptances "
+            f"between {len(rows)} responses and {len(columns)} excitations were, {frf!r} came"
+        )
+    require_same_frequency(axis, frf.frequency, f"the synthesis of part {name!r}: the lines differ")
+    return _PartFrfs(frf, rows, columns, partial(_copy, frf))
 
 
 def _modal(
     name: str, part: System, rows: tuple[str, ...], columns: tuple[str, ...], axis: FloatArray
-) -> Write:
+) -> _PartFrfs:
     if not isinstance(part, SecondOrderSystem):
         raise FbsError(
             f"part {name!r} is a {type(part).__name__}: say how to synthesise it, as in "
@@ -195,10 +218,15 @@ def _modal(
         )
     modes = InterfaceModes.of(part, rows, columns)
     if modes is None:
-        return partial(_copy, modal_frf(part, axis, rows, columns))
+        frf = modal_frf(part, axis, rows, columns)
+        return _PartFrfs(frf, rows, columns, partial(_copy, frf))
     modes.refuse_poles(axis)
     omega = 2 * np.pi * axis
-    return lambda lines, out: modes.write(omega[lines], out)
+
+    def write(lines: Lines, out: ComplexArray) -> None:
+        modes.write(omega[lines], out)
+
+    return _PartFrfs(SystemOrigin.of(part), rows, columns, write)
 
 
 def _copy(frf: Frf, lines: Lines, out: ComplexArray) -> None:
@@ -218,6 +246,7 @@ class _Result:
     values: ComplexArray
     condition: FloatArray
     stable: NDArray[np.bool_]
+    held: dict[str, NDArray[np.bool_]]
 
     @classmethod
     def of(
@@ -231,7 +260,8 @@ class _Result:
         excitations = _places(nodes[1], {name: frf.columns for name, frf in frfs.items()})
         values = np.zeros((len(nodes[0]), len(nodes[1]), axis.size), dtype=complex)
         condition, stable = np.ones(axis.size), np.ones(axis.size, dtype=bool)
-        return cls(tree, nodes, frfs, axis, responses, excitations, values, condition, stable)
+        held = {name: np.zeros(axis.size, dtype=bool) for name in frfs}
+        return cls(tree, nodes, frfs, axis, responses, excitations, values, condition, stable, held)
 
     def sweep(self, lines: slice) -> None:
         """Do some lines."""
@@ -256,10 +286,12 @@ class _Result:
             replace(j, first=_qualify(*j.first), second=_qualify(*j.second))
             for j in self.tree.joints
         ]
-        rest = couple(parts, joints)
         rows, columns = ([_qualify(*node)[1] for node in nodes] for nodes in self.nodes)
-        self.values[:, :, lines] = rest.frf.select(rows, columns).values.transpose(1, 2, 0)
+        rest = couple(parts, joints, rows, columns)
+        self.values[:, :, lines] = rest.frf.values.transpose(1, 2, 0)
         self.condition[lines] = rest.kernel_condition
+        for name, own in self.held.items():
+            own[lines] = rest.held[name]
 
     def _qualified(self, name: str, lines: NDArray[np.intp]) -> Frf:
         """Return a part's FRFs on some lines, under labels that no other part has."""
@@ -269,7 +301,10 @@ class _Result:
             for labels in (frf.rows, frf.columns)
         )
         values = frf.at(lines, lines.size).transpose(2, 0, 1)
-        return Frf(self.axis[lines], values, rows, columns)
+        origin = frf.source if isinstance(frf.source, SystemOrigin) else frf.source._origin
+        if origin is not None:
+            origin = origin.renamed({label: _qualify(name, label)[1] for label in frf.rows})
+        return computed_frf(self.axis[lines], values, rows, columns, origin=origin)
 
 
 def _places(nodes: Sequence[Node], labels: Mapping[str, Sequence[str]]) -> Asked:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from ..coupling import Joint, Node
 from ..errors import AmbiguousDofError, FbsError, JointError, UnknownDofError, unknown_dof
+from ..joints import Joint, Node
 
 Labels = tuple[tuple[str, ...], tuple[str, ...]]
 """Responses and excitations of a part."""

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from .._kernels import batched as _batched
 from .._kernels.checks import ComplexArray, FloatArray
 from .._kernels.joint_scaling import joint_scaling
+from .._mixed_assembly import HELD
 from .chain_layout import Ends, Tree
 
 Asked = Mapping[str, Sequence[tuple[int, int]]]
@@ -77,15 +78,35 @@ class Sweep:
 
         Near a resonance of all that lies beyond a connection T is large. Where it comes from one
         joint, D and T round alike and nothing is lost; from several it is as in an LU
-        factorisation whose pivots do not follow the values.
+        factorisation whose pivots do not follow the values. Nor is a connection stable where one
+        side is held, see `couple`.
         """
-        stable = np.ones(self.omega.size, dtype=bool)
+        stable = ~self._held()
         for message in self.messages.values():
             if len(message.transfer) == 1:
                 stable &= np.isfinite(message.reach).all(axis=0)
             elif len(message.transfer):
                 stable &= np.abs(message.transfer).max(axis=(0, 1)) <= GROWTH  # NaN is not
         return stable
+
+    def _held(self) -> NDArray[np.bool_]:
+        """Whether a part is held to less than `HELD` of its receptance: A by all beyond, D by D'.
+
+        Joined to the other side, D becomes D - D G D, G = (D + D' + 1/Z)^-1.
+        """
+        held = np.zeros(self.omega.size, dtype=bool)
+        for (name, connection), message in self.messages.items():
+            ends, own = self.tree.ends[name], message.receptance
+            here, joints = ends.here[connection], ends.joints[ends.here[connection]]
+            if len(ends.here) > 1:
+                held |= _less(own, self.interface[name][here, here])
+            other = self._incoming(name, connection).receptance.copy()
+            self._add_joints(other, joints)
+            if len(joints) == 1:  # D_c / D = (D' + 1/Z) / (D + D' + 1/Z)
+                held |= _less(other, own + other)
+            else:
+                held |= _less(own - _product(own, _solve(own + other, own)), own)
+        return held
 
     def condition(self) -> FloatArray:
         """Return || s (|B| |Y| |B|^T + |1/Z|) s || ||kernel^-1||, both in the 1-norm.
@@ -218,6 +239,15 @@ def _stiffness(tree: Tree, omega: FloatArray) -> dict[int, ComplexArray]:
     return {
         k: joint.dynamic_stiffness(omega) for k, joint in enumerate(tree.joints) if not joint.rigid
     }
+
+
+def _less(left: ComplexArray, right: ComplexArray) -> NDArray[np.bool_]:
+    """Whether |left_kk| < `HELD` |right_kk| for any k, shape (nf,)."""
+    k = np.arange(len(left))
+    a, b = left[k, k], right[k, k]
+    return np.asarray(
+        (a.real**2 + a.imag**2 < HELD**2 * (b.real**2 + b.imag**2)).any(axis=0), dtype=bool
+    )
 
 
 def _sum(terms: Iterable[Any]) -> Any:

@@ -10,12 +10,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._kernels.checks import ComplexArray, FloatArray, ascending_frequency, read_only
+from .._kernels.door import door
+from .._kernels.elimination import EPS
 from ..damped_modes import ComplexModes, complex_modes, is_proportional, modal_damping
 from ..errors import FbsError, first_few, singular_dynamic_stiffness
 from ..frf import Frf, Quantity
 from ..modal_synthesis import modal_frf
 from ..second_order_system import SecondOrderSystem
-from ..undamped_modes import EPS, SYMMETRY_TOLERANCE, RealModes, real_modes
+from ..undamped_modes import SYMMETRY_TOLERANCE, RealModes, real_modes
 from .sparse_system import DynamicStiffness, SparseSystem
 
 if TYPE_CHECKING:
@@ -64,6 +66,8 @@ class ReducedFrf:
         exceed the tolerance next to an undamped pole, or near 0 Hz of a system free to move.
     system : SecondOrderSystem
         The reduced model; the DoFs asked for are its first coordinates, by their own labels.
+    vectors : array, shape (n, order)
+        V: x = V q of its coordinates q. `galerkin_bound` guarantees what it can of them.
     expansion : array, Hz
         Lines where the model was made to meet the direct solution.
     checked : array, Hz
@@ -75,11 +79,13 @@ class ReducedFrf:
     frf: Frf
     error_estimate: FloatArray
     system: SecondOrderSystem
+    vectors: FloatArray
     expansion: FloatArray
     checked: FloatArray
     checked_error: FloatArray
 
 
+@door
 def reduced_frf(
     system: SparseSystem,
     frequency: ArrayLike,
@@ -144,6 +150,7 @@ def reduced_frf(
         modal_frf(reduced, axis, rows, columns, quantity),
         read_only(estimate),
         reduced,
+        read_only(model.vectors),
         read_only(axis[sorted(search.used)]),
         read_only(axis[list(search.checks)]),
         read_only(np.array(list(search.checks.values()))),

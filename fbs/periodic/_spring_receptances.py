@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._kernels.checks import ComplexArray, FloatArray
+from .._kernels.elimination import EPS
 from ..damped_modes import complex_modes, is_proportional, modal_damping
 from ..errors import FbsError, undamped_pole
 from ..second_order_system import SecondOrderSystem
-from ..undamped_modes import EPS, RealModes, real_modes
+from ..undamped_modes import RealModes, real_modes
 from .periodic_springs import PeriodicSpring
 
 STRAINED = 1e-6

@@ -29,6 +29,7 @@ from numpy.typing import ArrayLike
 
 from .._kernels.blocks import each, stretches
 from .._kernels.checks import ComplexArray, FloatArray, read_only
+from .._kernels.door import door
 from ..damped_modes import is_proportional, modal_damping
 from ..errors import FbsError, first_few
 from ..second_order_system import SecondOrderSystem
@@ -86,6 +87,7 @@ class Stability:
     n_modes: int
 
 
+@door
 def stability(
     system: SecondOrderSystem,
     springs: Sequence[PeriodicSpring],
@@ -146,6 +148,7 @@ def stability(
     return Stability(speeds, read_only(growth), read_only(period), modes.left_out, len(modes.omega))
 
 
+@door
 def stability_by_period(
     system: SecondOrderSystem,
     springs: Sequence[PeriodicSpring],

@@ -24,7 +24,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._kernels.blocks import each, stretches
-from .._kernels.checks import ComplexArray, FloatArray, read_only
+from .._kernels.checks import ComplexArray, FloatArray, numbers, read_only
+from .._kernels.door import door
 from ..errors import FbsError, first_few
 from ..frf import Quantity, as_quantity
 from ..second_order_system import SecondOrderSystem
@@ -124,6 +125,7 @@ class PeriodicResponse:
         return forces
 
 
+@door
 def steady_state(
     system: SecondOrderSystem,
     springs: Sequence[PeriodicSpring],
@@ -188,6 +190,7 @@ def steady_state(
     )
 
 
+@door
 def outputs(
     response: PeriodicResponse,
     rows: ArrayLike,
@@ -238,7 +241,7 @@ def line_frequencies(
 
 
 def _rows(rows: ArrayLike, size: int, name: str) -> FloatArray:
-    matrix = np.asarray(rows, dtype=float)
+    matrix = numbers(rows, name)
     if matrix.ndim != 2 or matrix.shape[1] != size:
         raise FbsError(f"{name} have shape {matrix.shape}: must be (n_output, {size})")
     return matrix

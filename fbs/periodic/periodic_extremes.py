@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._kernels.checks import ComplexArray, FloatArray
+from .._kernels.checks import ComplexArray, FloatArray, numbers
+from .._kernels.door import door
 from ..errors import FbsError
 from .periodic_springs import IntArray, Lattice
 
@@ -35,6 +36,7 @@ class Extremes:
     smallest: FloatArray
 
 
+@door
 def waveform(lines: ComplexArray, lattice: Lattice, turns: ArrayLike) -> FloatArray:
     """Values x = Re Σ_h x_h e^{j2π o_h θ} at angles of the shaft.
 
@@ -51,10 +53,14 @@ def waveform(lines: ComplexArray, lattice: Lattice, turns: ArrayLike) -> FloatAr
     array, shape (n_speed, n_time, n_signal)
     """
     _check(lines, lattice)
-    turned = np.exp(2j * np.pi * np.multiply.outer(np.asarray(turns, dtype=float), lattice.orders))
+    angles = numbers(turns, "the turns")
+    if angles.ndim != 1:
+        raise FbsError(f"the turns must be a vector, got shape {angles.shape}")
+    turned = np.exp(2j * np.pi * np.multiply.outer(angles, lattice.orders))
     return np.asarray((turned @ lines).real)
 
 
+@door
 def extremes(lines: ComplexArray, lattice: Lattice) -> Extremes:
     """Largest and smallest values over all phases.
 
@@ -86,9 +92,10 @@ def extremes(lines: ComplexArray, lattice: Lattice) -> Extremes:
 
 
 def _check(lines: ComplexArray, lattice: Lattice) -> None:
-    if lines.ndim != 3 or lines.shape[1] != len(lattice.points):
+    if np.ndim(lines) != 3 or np.shape(lines)[1] != len(lattice.points):
         raise FbsError(
-            f"lines have shape {lines.shape}: must be (n_speed, {len(lattice.points)}, n_signal)"
+            f"lines have shape {np.shape(lines)}: must be (n_speed, {len(lattice.points)}, "
+            "n_signal)"
         )
 
 

@@ -20,7 +20,8 @@ from math import gcd, lcm
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._kernels.checks import ComplexArray, FloatArray, read_only
+from .._kernels.checks import ComplexArray, FloatArray, frozen, numbers, read_only, scalar
+from .._kernels.door import door
 from ..errors import FbsError, NonFiniteError
 
 IntArray = NDArray[np.int64]
@@ -75,20 +76,18 @@ class PeriodicSpring:
         for key, kind in (("vector", float), ("variation", complex), ("error", complex)):
             object.__setattr__(self, key, self._vector(key, kind))
         for key in ("stiffness", "ratio", "damping", "static_force"):
-            value = float(getattr(self, key))
-            if not np.isfinite(value):
-                raise NonFiniteError(f"spring {self.name!r}: {key} = {value}: must be finite")
+            value = scalar(getattr(self, key), f"spring {self.name!r}: {key}")
             if key in ("stiffness", "ratio") and value <= 0.0:
                 raise FbsError(f"spring {self.name!r}: {key} = {value:g}: must be positive")
             object.__setattr__(self, key, value)
 
     def _vector(self, key: str, kind: type) -> NDArray[np.inexact]:
-        array: NDArray[np.inexact] = np.array(getattr(self, key), dtype=kind)
+        array = frozen(numbers(getattr(self, key), f"spring {self.name!r}: {key}", kind))
         if array.ndim != 1:
             raise FbsError(f"spring {self.name!r}: {key} has shape {array.shape}: must be a vector")
         if not np.isfinite(array).all():
             raise NonFiniteError(f"spring {self.name!r}: {key} is not finite")
-        return read_only(array)
+        return array
 
     @property
     def varies(self) -> bool:
@@ -152,6 +151,7 @@ class Lattice:
         return line
 
 
+@door
 def lattice(
     springs: Sequence[PeriodicSpring],
     harmonics: int = HARMONICS,
@@ -194,6 +194,7 @@ def lattice(
     return Lattice(read_only(points[by_order]), read_only(fundamentals), read_only(steps))
 
 
+@door
 def common_periods(springs: Sequence[PeriodicSpring]) -> tuple[tuple[int, ...], ...]:
     """Which springs share a period: their ratios are as p to q, at most `LARGEST_QUOTIENT`.
 
@@ -288,10 +289,10 @@ def shaft_frequencies(values: ArrayLike) -> FloatArray:
     ------
     FbsError
     """
-    speeds = np.array(values, dtype=float)
+    speeds = frozen(numbers(values, "the shaft frequencies"))
     if speeds.ndim != 1 or speeds.size == 0:
         raise FbsError(f"shaft frequencies must be a vector, got shape {speeds.shape}")
     wrong = speeds[~(np.isfinite(speeds) & (speeds > 0.0))]
     if wrong.size:
         raise FbsError(f"shaft frequency {wrong[0]}: must be finite and positive (1/s)")
-    return read_only(speeds)
+    return speeds

@@ -16,14 +16,15 @@ acceleration has both: record that, estimate the accelerance and convert it with
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from .._kernels.checks import ComplexArray, FloatArray, read_only
+from .._kernels.door import door
 from ..errors import FbsError, SingularLineError
 from ..frf import Frf
 from ._averages import (
@@ -34,9 +35,8 @@ from ._averages import (
     hv,
     length,
     multiple_coherence,
-    share,
-    squared,
 )
+from ._periods import Periods, inverted_inputs, scatter
 from .records import Lines, Record, alike, whole_number
 
 THRESHOLD = 1e-4
@@ -91,6 +91,7 @@ class Estimate:
                 object.__setattr__(self, name, read_only(np.asarray(value)))
 
 
+@door
 def periodic_frf(
     records: Record | Iterable[Record],
     period_samples: int,
@@ -146,15 +147,15 @@ def periodic_frf(
     size = whole_number(period_samples, "period_samples", 2)
     skipped = whole_number(transient_periods, "transient_periods", 0)
     lines = Lines.of(first.sampling_frequency, size, fmin, fmax, frequency)
-    experiments = [_Periods.of(r, size, skipped, k) for k, r in enumerate(source)]
+    experiments = [Periods.of(r, size, skipped, k) for k, r in enumerate(source)]
     _require_enough(len(experiments), first, "experiments")
     u = np.stack([np.fft.rfft(e.inputs.mean(axis=0), axis=0) for e in experiments], axis=-1)
     lines, _ = lines.excited(length(u), first.excitations, threshold)
     y = np.stack([e.mean_output(lines.index) for e in experiments], axis=-1)
-    inverse, condition = _inverted_inputs(u[lines.index])
+    inverse, condition = inverted_inputs(u[lines.index])
     _require_independent(lines, condition, max_condition)
     values = y @ inverse
-    coherence, variance = _scatter(experiments, lines, values, y, inverse)
+    coherence, variance = scatter(experiments, lines, values, y, inverse)
     return Estimate(
         _frf(first, lines, values),
         coherence,
@@ -166,6 +167,7 @@ def periodic_frf(
     )
 
 
+@door
 def averaged_frf(
     records: Record | Iterable[Record],
     segment: int,
@@ -229,8 +231,6 @@ def averaged_frf(
         A record shorter than one segment, fewer segments than inputs, an input that is zero, an
         unknown estimator or window, fmax not below Nyquist.
     """
-    if estimator not in get_args(Estimator):
-        raise FbsError(f"estimator {estimator!r} is none of {', '.join(get_args(Estimator))}")
     first, source = alike(records)
     size = whole_number(segment, "segment", 2)
     lines = Lines.of(first.sampling_frequency, size, fmin, fmax, frequency)
@@ -262,6 +262,7 @@ def averaged_frf(
     )
 
 
+@door
 def impulse_frf(
     records: Record | Iterable[Record],
     *,
@@ -326,80 +327,6 @@ def impulse_frf(
         unexcited=lines.unexcited,
         added_damping=float(decay),
     )
-
-
-@dataclass(frozen=True, eq=False)
-class _Periods:
-    """The steady periods of one experiment, (n_period, n_sample, n_channel)."""
-
-    inputs: FloatArray
-    outputs: FloatArray
-
-    @classmethod
-    def of(cls, record: Record, size: int, skipped: int, number: int) -> _Periods:
-        count = record.n_sample // size - skipped
-        if count < 1:
-            raise FbsError(
-                f"record {number} has {record.n_sample} samples, less than one period of {size}"
-                + (f" after {skipped} of transient" if skipped else "")
-            )
-        tail = slice(record.n_sample - count * size, None)
-        inputs = record.inputs[tail].reshape(count, size, -1)
-        for name, samples in zip(record.excitations, inputs.transpose(2, 0, 1), strict=True):
-            differing = (samples - samples.mean(axis=0)).var() / max(1 - 1 / count, 0.5)
-            if differing > 0.5 * samples.var():
-                raise FbsError(
-                    f"record {number}: input {name!r} does not repeat after {size} samples; "
-                    f"{100 * differing / samples.var():.3g} % of its power differs from period "
-                    "to period"
-                )
-        return cls(inputs, record.outputs[tail].reshape(count, size, -1))
-
-    def mean_output(self, index: NDArray[np.int64]) -> ComplexArray:
-        return np.asarray(np.fft.rfft(self.outputs.mean(axis=0), axis=0)[index])
-
-    def spectra(self, index: NDArray[np.int64]) -> Iterator[tuple[ComplexArray, ComplexArray]]:
-        for u, y in zip(self.inputs, self.outputs, strict=True):
-            yield np.fft.rfft(u, axis=0)[index], np.fft.rfft(y, axis=0)[index]
-
-
-def _scatter(
-    experiments: list[_Periods],
-    lines: Lines,
-    values: ComplexArray,
-    mean: ComplexArray,
-    inverse: ComplexArray,
-) -> tuple[FloatArray | None, FloatArray | None]:
-    """Return coherence and variance, or None for both where an experiment has one period."""
-    if min(len(e.inputs) for e in experiments) < 2:
-        return None, None
-    total = np.zeros(mean.shape[:2])
-    variance = np.zeros(values.shape)
-    for e, periods in enumerate(experiments):
-        count = len(periods.inputs)
-        of_mean = np.zeros(mean.shape[:2], dtype=complex)
-        power = np.zeros(mean.shape[:2])
-        for u, y in periods.spectra(lines.index):
-            rest = y - (values @ u[:, :, None])[:, :, 0]
-            of_mean += rest / count
-            power += squared(rest)
-            total += squared(y) / count
-        # of_mean is round-off unless there are more experiments than inputs
-        noise = np.maximum(power - count * squared(of_mean), 0) / (count * (count - 1))
-        variance += noise[:, :, None] * squared(inverse[:, e])[:, None, :]
-    return share(squared(mean).sum(axis=-1), total), variance
-
-
-def _inverted_inputs(u: ComplexArray) -> tuple[ComplexArray, FloatArray]:
-    """Return the (pseudo-)inverse of U (nf, n_input, n_experiment) and U's condition."""
-    scale = 1 / length(u)
-    left, s, right = np.linalg.svd(u * scale[:, :, None], full_matrices=False)
-    # a row of exact zeros in s is reported by the condition, not divided by
-    positive = s > np.finfo(float).eps * s[:, :1]
-    inverse = np.divide(1, s, out=np.zeros_like(s), where=positive)
-    condition = np.where(positive[:, -1], s[:, 0] * inverse[:, -1], np.inf)
-    turned = right.conj().transpose(0, 2, 1) * inverse[:, None]
-    return np.asarray(turned @ left.conj().transpose(0, 2, 1) * scale[:, None]), condition
 
 
 def _require_over(record: Record, number: int, window: FloatArray, limit: float) -> Record:

@@ -11,7 +11,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._kernels.checks import FloatArray, ascending_frequency, read_only, unique_labels
+from .._kernels.checks import (
+    FloatArray,
+    ascending_frequency,
+    frozen,
+    numbers,
+    scalar,
+    unique_labels,
+)
+from .._kernels.door import door
 from .._kernels.finite import non_finite
 from .._representation import counted, html_table, listing
 from ..errors import AxisMismatchError, FbsError, NonFiniteError, SingularLineError
@@ -65,8 +73,8 @@ class Record:
             )
         for name, value in (
             ("sampling_frequency", rate),
-            ("inputs", read_only(inputs)),
-            ("outputs", read_only(outputs)),
+            ("inputs", inputs),
+            ("outputs", outputs),
             ("excitations", excitations),
             ("responses", responses),
             ("quantity", as_quantity(self.quantity)),
@@ -74,6 +82,7 @@ class Record:
             object.__setattr__(self, name, value)
 
     @classmethod
+    @door
     def from_time(
         cls,
         time: ArrayLike,
@@ -81,7 +90,7 @@ class Record:
         outputs: FloatArray,
         excitations: tuple[str, ...],
         responses: tuple[str, ...],
-        quantity: Quantity,
+        quantity: Quantity | str,
         tolerance: float = 1e-3,
     ) -> Record:
         """Return the record sampled at `time` (s), which must be uniform.
@@ -104,7 +113,7 @@ class Record:
         rate = _uniform_rate(instants, tolerance)
         if len(instants) != len(inputs):
             raise FbsError(f"{len(instants)} times are given for {len(inputs)} samples")
-        return cls(rate, inputs, outputs, excitations, responses, quantity)
+        return cls(rate, inputs, outputs, excitations, responses, as_quantity(quantity))
 
     def __repr__(self) -> str:
         channels = f"{len(self.excitations)} + {counted(len(self.responses), 'channel')}"
@@ -139,6 +148,7 @@ class Record:
         """n / fs from 0 on, s."""
         return np.asarray(np.arange(self.n_sample) / self.sampling_frequency)
 
+    @door
     def span(self, start: float = 0.0, stop: float = np.inf) -> Record:
         """Return the samples at start <= t < stop (s), e.g. without a first transient."""
         # a time that is a sample's but for rounding is that sample's
@@ -308,32 +318,30 @@ def alike(records: Record | Iterable[Record]) -> tuple[Record, Iterator[Record]]
 def whole_number(value: int, name: str, least: int) -> int:
     """Return value as int; refuse what is none, or below `least`."""
     try:
-        number = operator.index(value)
+        count = operator.index(value)
     except TypeError:
         raise FbsError(f"{name} must be a whole number, got {value!r}") from None
-    if number < least:
-        raise FbsError(f"{name} must be at least {least}, got {number}")
-    return number
+    if count < least:
+        raise FbsError(f"{name} must be at least {least}, got {count}")
+    return count
 
 
 def _sampling_frequency(value: float) -> float:
-    rate = float(value)
-    if not np.isfinite(rate) or rate <= 0:
+    rate = scalar(value, "the sampling frequency")
+    if rate <= 0:
         raise FbsError(f"the sampling frequency must be positive and finite, got {rate} Hz")
     whole = float(round(rate))
     return whole if abs(rate - whole) <= 1e-12 * rate else rate
 
 
 def _channels(data: ArrayLike, labels: tuple[str, ...], what: str, rate: float) -> FloatArray:
-    raw = np.asarray(data)
-    if np.iscomplexobj(raw):
-        raise FbsError(f"the {what}s must be real samples")
+    raw = numbers(data, f"the {what}s")
     if raw.ndim != 2 or raw.shape[1] != len(labels) or not labels:
         raise FbsError(
             f"the {what}s have shape {raw.shape}; (n_sample, {len(labels)}) is needed for the "
             f"{len(labels)} labels {', '.join(labels)}"
         )
-    result = np.asarray(raw, dtype=float)
+    result = frozen(raw)
     wrong = non_finite(result)
     if wrong.size:
         sample, channel = wrong[0]

@@ -18,7 +18,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._kernels.checks import ComplexArray, FloatArray
+from .._kernels.checks import ComplexArray, FloatArray, numbers
+from .._kernels.door import door
 from .._kernels.finite import non_finite
 from ..errors import FbsError, NonFiniteError
 
@@ -116,6 +117,7 @@ class _Segments:
         return np.asarray(total / self.count)
 
 
+@door
 def amplitude_spectrum(
     samples: ArrayLike,
     sampling_frequency: float,
@@ -149,6 +151,7 @@ def amplitude_spectrum(
     return Spectrum(cut.frequency, np.sqrt(cut.mean_square()), cut.count, cut.noise_bandwidth)
 
 
+@door
 def power_spectral_density(
     samples: ArrayLike,
     sampling_frequency: float,
@@ -170,6 +173,7 @@ def power_spectral_density(
     return Spectrum(cut.frequency, scale * cut.mean_square(), cut.count, cut.noise_bandwidth)
 
 
+@door
 def spectrogram(
     samples: ArrayLike,
     sampling_frequency: float,
@@ -189,6 +193,7 @@ def spectrogram(
     return Spectrogram(middle, cut.frequency, np.stack(list(cut.amplitudes())))
 
 
+@door
 def line_amplitudes(
     samples: ArrayLike,
     sampling_frequency: float,
@@ -235,6 +240,7 @@ def line_amplitudes(
     return values
 
 
+@door
 def rms(
     samples: ArrayLike, sampling_frequency: float, band: tuple[float, float] | None = None
 ) -> FloatArray:
@@ -281,8 +287,6 @@ def _cut(
     record = finite_samples(samples)
     if not (np.isfinite(rate) and rate > 0):
         raise FbsError(f"the sampling frequency must be positive and finite, got {rate} Hz")
-    if window not in ("boxcar", "hann", "flattop"):
-        raise FbsError(f"window must be boxcar, hann or flattop, got {window!r}")
     if not 0 <= overlap < 1:
         raise FbsError(f"overlap must be at least 0 and below 1, got {overlap}")
     if resolution is not None and not (np.isfinite(resolution) and 0 < resolution <= rate / 4):
@@ -301,9 +305,7 @@ def _cut(
 
 def finite_samples(samples: ArrayLike) -> FloatArray:
     """Return real, finite samples, time along the first axis, two of them or more."""
-    if np.iscomplexobj(samples):
-        raise FbsError("the samples must be real")
-    record = np.asarray(samples, dtype=float)
+    record = numbers(samples, "the samples")
     if record.ndim == 0 or len(record) < 2:
         raise FbsError(f"2 samples or more are needed, got shape {record.shape}")
     wrong = non_finite(record)

@@ -7,9 +7,11 @@ from numpy.typing import NDArray
 
 from ..contact.mesh_excitation import at_mean
 from ..model.parameters import Drivetrain
+from ..system.components import GROUND, Components, SpringKind
 from ..system.displaced import Displaced, placed
-from ..system.drivetrain import MultibodySystem, build_drivetrain, build_stage
+from ..system.drivetrain import MultibodySystem, build_drivetrain
 from ..system.linearization import LinearizedSystem, coordinate_transform, linearize
+from ..system.read_back import components
 from .mode_kinds import (
     Mode,
     Modes,
@@ -35,19 +37,38 @@ def drivetrain_modes(drivetrain: Drivetrain, point: Displaced | None = None) -> 
     point
         Where the torque has moved it, every mesh at its mean. None: as built.
     """
-    system = build_drivetrain(drivetrain, at_mean(point.laws) if point else None)
-    moved = point.displacement if point else np.zeros(len(system.dofs))
-    with placed(system, moved):
-        linear = linearize(system)
-        eigenvalues, shapes = _undamped(system)
-        n_rigid = rigid_body_count(linear.stiffness)
-        poles = _poles(system, linear, eigenvalues, shapes, n_rigid)
+    if point is None:
+        system = build_drivetrain(drivetrain)
+        return system_modes(drivetrain, system, linearize(system), components(system))
+    system = build_drivetrain(drivetrain, at_mean(point.laws))
+    alone = components(system)
+    with placed(system, point.displacement):
+        return system_modes(drivetrain, system, linearize(system), alone)
+
+
+def system_modes(
+    drivetrain: Drivetrain, system: MultibodySystem, linear: LinearizedSystem, parts: Components
+) -> Modes:
+    """Modes of a built system where it stands.
+
+    Parameters
+    ----------
+    drivetrain
+        Its parameters.
+    system, linear
+        The system, and the same linearised where it stands.
+    parts
+        Its springs, which tell where a mode's strain energy is.
+    """
+    eigenvalues, shapes = _undamped(system)
+    n_rigid = rigid_body_count(linear.stiffness)
+    poles = _poles(system, linear, eigenvalues, shapes, n_rigid)
     round_off = len(eigenvalues) * np.finfo(float).eps * abs(eigenvalues[-1])
     frequencies, ratios = frequency_and_ratio(poles, n_rigid)
 
     labelled = _with_derived(linear, shapes)
     kinds, labelled = classify(
-        drivetrain, linear.labels, frequencies, labelled, n_rigid, stage_stiffness(drivetrain)
+        drivetrain, linear.labels, frequencies, labelled, n_rigid, part_stiffness(drivetrain, parts)
     )
     modes = tuple(
         Mode(float(f), float(z), kind, shares, _frequency_error(f, round_off))
@@ -56,11 +77,15 @@ def drivetrain_modes(drivetrain: Drivetrain, point: Displaced | None = None) -> 
     return Modes(modes, linear.labels, labelled)
 
 
-def stage_stiffness(drivetrain: Drivetrain) -> dict[str, StageStiffness]:
-    """Stiffness of every stage alone, its couplings taken off."""
-    bare = drivetrain.model_copy(update={"couplings": ()})
-    systems = {part.name: linearize(build_stage(bare, part.name)) for part in bare.parts}
-    return {name: StageStiffness(s.dofs, s.stiffness) for name, s in systems.items()}
+def part_stiffness(drivetrain: Drivetrain, parts: Components) -> dict[str, StageStiffness]:
+    """Σ Gᵀ k G over each part's own springs, its couplings taken off."""
+    size = len(parts.dofs)
+    stiffness = {part.name: np.zeros((size, size)) for part in drivetrain.parts}
+    for spring in parts.springs:
+        if spring.kind not in (SpringKind.SHAFT, SpringKind.TRANSLATION):
+            owner = next(end.body for end in spring.ends if end.body != GROUND).partition(".")[0]
+            stiffness[owner] += spring.deflection.T @ spring.stiffness @ spring.deflection
+    return {name: StageStiffness(parts.dofs, matrix) for name, matrix in stiffness.items()}
 
 
 def _undamped(system: MultibodySystem) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

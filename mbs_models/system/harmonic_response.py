@@ -41,14 +41,16 @@ def harmonic_response(
     """
     rows, row_factors = _selection(system, responses)
     columns, column_factors = _selection(system, excitations)
-    forces = np.zeros((len(system.dofs), len(columns)), dtype=complex)
+    forces = np.zeros((len(system.dofs), len(columns)))
     forces[columns, np.arange(len(columns))] = column_factors
     result = np.empty((len(frequency), len(rows), len(columns)), dtype=complex)
     lines = max(1, VALUES_PER_BATCH // len(system.dofs) ** 2)
     for start in range(0, len(frequency), lines):
         batch = slice(start, start + lines)
         omega = 2.0 * np.pi * frequency[batch, None, None]
-        dynamic_stiffness = system.stiffness - omega**2 * system.mass + 1j * omega * system.damping
+        dynamic_stiffness = system.stiffness - omega**2 * system.mass
+        if system.damping.any():  # else real arithmetic does
+            dynamic_stiffness = dynamic_stiffness + 1j * omega * system.damping
         try:
             motion = np.linalg.solve(dynamic_stiffness, forces)
         except np.linalg.LinAlgError:

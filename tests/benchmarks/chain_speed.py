@@ -138,14 +138,14 @@ def measure_in_turn(paths: list[str]) -> None:
 def chain_files(folder: str, lengths: list[int]) -> dict[int, tuple[str, int]]:
     """Build the chains; {length: (file, DoFs)}."""
     from mbs_models.model.model_file import load
+    from tests.planetary_chain import planetary_chain
     from tests.strategies import DAMPED
-    from validation.routes.chains import planetary_chain
-    from validation.routes.routes import EQUATIONS, build_model
+    from validation.routes.source import equations_source
 
     (stage,) = load("lin-parker-4").stages
     files = {}
     for length in lengths:
-        model = build_model(EQUATIONS, planetary_chain(stage, length, damping=DAMPED))
+        model = equations_source(planetary_chain(stage, length, damping=DAMPED))
         ends = ["stage1.sun.w", f"stage{length}.carrier.w"]
         path = Path(folder) / f"{length}.pickle"
         path.write_bytes(pickle.dumps((dict(model.stages), model.joints, model.whole, ends)))

@@ -41,7 +41,7 @@ from mbs_models.model.model_file import load
 from mbs_models.model.parameters import Damping
 from tests.strategies import damped
 from validation.checks.metrics import scaled_error
-from validation.routes.routes import EQUATIONS, Model, build_model
+from validation.routes.source import Source, equations_source
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")  # sdynpy's import opens a display else
 
@@ -109,9 +109,9 @@ def general(system: SecondOrderSystem) -> SecondOrderSystem:
     return replace(system, damping=damping)
 
 
-def own(model: Model) -> Iterator[Row]:
+def own(source: Source) -> Iterator[Row]:
     """Ours, of the whole drivetrain."""
-    whole, other = model.whole, general(model.whole)
+    whole, other = source.whole, general(source.whole)
     labels = whole.labels
     direct, direct_general = (direct_frf(system, LINES).values for system in (whole, other))
     modes, pairs = real_modes(whole), complex_modes(other)
@@ -135,9 +135,9 @@ def own(model: Model) -> Iterator[Row]:
         yield Row(name, job, lambda frf: frf.values, reference)
 
 
-def synthesis_of_stages(model: Model) -> Iterator[Row]:
+def synthesis_of_stages(source: Source) -> Iterator[Row]:
     """Ours and the peers': every stage's FRFs, eigensolution and matrices ready."""
-    systems = [*model.stages.values()]
+    systems = [*source.stages.values()]
     modes = [real_modes(system) for system in systems]
     reference = block_diagonal([direct_frf(system, LINES).values for system in systems])
     yield Row(
@@ -159,21 +159,21 @@ def synthesis_of_stages(model: Model) -> Iterator[Row]:
         )
 
 
-def coupling(model: Model, stages: Stages) -> Iterator[Row]:
+def coupling(source: Source, stages: Stages) -> Iterator[Row]:
     """Ours and the peers': the same stage FRFs coupled."""
     nodes = [(name, label) for name, frf in stages.items() for label in frf.responses]
     labels = tuple(dict.fromkeys(label for _, label in nodes))
     kept = [next(i for i, node in enumerate(nodes) if node[1] == label) for label in labels]
-    reference = direct_frf(model.whole, LINES, labels, labels).values
+    reference = direct_frf(source.whole, LINES, labels, labels).values
     yield Row(
         "coupling of ready stage FRFs",
-        lambda: couple(stages, model.joints),
+        lambda: couple(stages, source.joints),
         lambda coupled: coupled.frf.values,
         reference,
     )
-    if len(model.joints) != 1 or not model.joints[0].rigid:
+    if len(source.joints) != 1 or not source.joints[0].rigid:
         return
-    (joint,) = model.joints
+    (joint,) = source.joints
     ends = (nodes.index(joint.first), nodes.index(joint.second))
     if find_spec("pyfbs") is not None:
         y = block_diagonal([frf.values for frf in stages.values()])
@@ -262,14 +262,14 @@ def lines_first(found: Any) -> np.ndarray:
 
 def main(preset: str) -> None:
     """Print the table."""
-    model = build_model(EQUATIONS, damped(load(preset), DAMPING))
-    stages = {name: direct_frf(system, LINES) for name, system in model.stages.items()}
-    count, unit = len(model.whole.labels), timed(lambda: written(len(model.whole.labels)))
+    source = equations_source(damped(load(preset), DAMPING))
+    stages = {name: direct_frf(system, LINES) for name, system in source.stages.items()}
+    count, unit = len(source.whole.labels), timed(lambda: written(len(source.whole.labels)))
     missing = [peer for peer in ("pyfbs", "sdynpy") if find_spec(peer) is None]
     print(f"{preset}: {count} labels, {count**2} FRFs, {len(LINES)} lines; {cores()} threads")
     print(f"{'':40}{'first s':>9}{'s':>9}{'× writing':>11}{'peak × result':>15}{'error':>10}")
     print(f"{'writing the result once':40}{unit.first:9.4f}{unit.median:9.4f}{1.0:11.2f}")
-    for rows in (own(model), synthesis_of_stages(model), coupling(model, stages)):
+    for rows in (own(source), synthesis_of_stages(source), coupling(source, stages)):
         seconds: list[float] = []
         for row in rows:
             timing = timed(row.job)

@@ -28,7 +28,7 @@ from fbs._kernels.blas_threads import one_blas_thread
 from mbs_models.model.model_file import load
 from mbs_models.model.parameters import Drivetrain
 from validation.routes.bands import Band
-from validation.routes.routes import EQUATIONS
+from validation.routes.source import equations_source
 from validation.runtime.executors import process_pool
 from validation.sweep.files import write_sweep
 from validation.sweep.parameters import Samples, changed, model_data, samples_of, steps_to
@@ -68,7 +68,7 @@ def rebuilt(
 ) -> Frf:
     """One sample from its parameters on: validated, assembled, solved."""
     data = model_data(drivetrain)
-    system = EQUATIONS.whole(changed(data, {steps_to(data, SPRING): stiffness}))
+    system = equations_source(changed(data, {steps_to(data, SPRING): stiffness})).whole
     return solve(system, lines, [PAIR[0]], [PAIR[1]])
 
 
@@ -113,7 +113,7 @@ def stiffness_sweep(name: str, drivetrain: Drivetrain) -> None:
     place = steps_to(data, SPRING)
     worst = max(
         scaled_error(
-            EQUATIONS.whole(changed(data, {place: found.rows[i][0]})),
+            equations_source(changed(data, {place: found.rows[i][0]})).whole,
             lines,
             outcome.magnitude[i],
         )

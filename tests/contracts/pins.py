@@ -152,6 +152,9 @@ PINS: Mapping[str, Pin] = {
             " --executor serial --out {out}",
         )
     ),
+    "truncate": Pin(
+        ("truncate {models}/pair.toml --band 40:4000:40 --tolerance 0.1dB --out {out}",)
+    ),
     "schema": Pin(("schema",), printed=schema_lines),
 }
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from mbs_models import Kind, build_stage, linearize, unregister_stage
-from validation import write_report
+from validation import publish
 
 HERE = Path(__file__).parent
 
@@ -108,6 +108,6 @@ def test_own_stage_type(own_stage_type: dict[str, Any], tmp_path: Path) -> None:
     (rigid, elastic) = np.linalg.eigvalsh(np.linalg.solve(alone.mass, alone.stiffness))
     assert elastic == pytest.approx(2.0 * 4e4 / 2e-3, rel=1e-12)
     assert abs(rigid) < 1e-12 * elastic
-    page = write_report(result, tmp_path)[0].read_text(encoding="utf-8")
+    page = publish(result, tmp_path)[0].read_text(encoding="utf-8")
     assert "<title>shaft.left: r = 50 mm</title>" in page
     assert "<title>shaft shaft.right – shaft.left: 4e+04 N m/rad</title>" in page

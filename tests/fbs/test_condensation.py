@@ -60,7 +60,7 @@ def test_two_masses_in_closed_form():
     free = condense_free(frf, ["m1"]).values[:, 0, 0]
     reduced = 8e6 - w**2 - 4e6**2 / (4e6 - 2 * w**2)
     np.testing.assert_allclose(free, 1 / reduced, rtol=1e-11)
-    stiffness = condense_dynamic_stiffness(system, AXIS, ["m1"])[:, 0, 0]
+    stiffness = condense_dynamic_stiffness(system, AXIS, ["m1"]).values[:, 0, 0]
     np.testing.assert_allclose(stiffness, reduced, rtol=1e-11)
 
 
@@ -86,7 +86,7 @@ def test_free_is_the_inverse_of_the_condensed_dynamic_stiffness(seed, n):
     system = random_system(rng, n, grounded=bool(rng.integers(2)), beta=damped)
     masters, _ = split(rng, system.dofs)
     free = condense_free(direct_frf(system, AXIS), masters)
-    stiffness = condense_dynamic_stiffness(system, AXIS, masters)
+    stiffness = condense_dynamic_stiffness(system, AXIS, masters).values
     assert stiffness.shape == (AXIS.size, len(masters), len(masters))
     error = scaled_error(np.linalg.inv(stiffness), free)
     assert error.max() < 1e-8  # near a lightly damped resonance both are ill-conditioned
@@ -120,7 +120,7 @@ def test_rows_and_columns_keep_their_places_without_symmetry():
     frf, masters = direct_frf(system, AXIS), ["e", "a", "d"]
     locked = direct_frf(block_dofs(system, ["b", "c", "f"]), AXIS, masters, masters)
     assert scaled_error(condense_blocked(frf, masters), locked).max() < 1e-11
-    stiffness = condense_dynamic_stiffness(system, AXIS, masters)
+    stiffness = condense_dynamic_stiffness(system, AXIS, masters).values
     free = condense_free(frf, masters)
     assert scaled_error(np.linalg.inv(stiffness), free).max() < 1e-11
 
@@ -212,7 +212,7 @@ def test_all_masters_change_nothing():
     np.testing.assert_array_equal(
         condense_blocked(frf, order).values, frf.select(order, order).values
     )
-    stiffness = condense_dynamic_stiffness(system, AXIS, order)
+    stiffness = condense_dynamic_stiffness(system, AXIS, order).values
     error = scaled_error(np.linalg.inv(stiffness), condense_free(frf, order))
     assert (error < 1e-9).all()
 
@@ -258,7 +258,7 @@ def test_derived_labels_scale_the_condensed_dynamic_stiffness():
     rng = np.random.default_rng(12)
     system = random_system(rng, 4, beta=damped, derived={"hub": ("x1", 0.7)})
     free = condense_free(direct_frf(system, AXIS), ["hub", "x3"])
-    stiffness = condense_dynamic_stiffness(system, AXIS, ["hub", "x3"])
+    stiffness = condense_dynamic_stiffness(system, AXIS, ["hub", "x3"]).values
     assert scaled_error(np.linalg.inv(stiffness), free).max() < 1e-9
     with pytest.raises(AmbiguousDofError, match="'x1' and 'hub' are one motion"):
         condense_dynamic_stiffness(system, AXIS, ["x1", "hub"])
@@ -289,7 +289,7 @@ def test_unknown_and_missing_masters_are_named(condense):
         condense(frf, ["m1", "m1"])
     with pytest.raises(FbsError, match="no masters"):
         condense(frf, [])
-    with pytest.raises(FbsError, match="single string"):
+    with pytest.raises(FbsError, match="masters must be a sequence, in order, got 'm1'"):
         condense(frf, "m1")
 
 

@@ -42,7 +42,10 @@ def test_arrays_are_read_only_and_the_callers_stay_writable():
     with pytest.raises(ValueError, match="read-only"):
         frf.frequency[0] = 2
     assert values.flags.writeable
-    assert np.shares_memory(frf.values, values)  # no copy
+    values[:] = 3  # what was checked is not what the caller changes later
+    assert (frf.values == 1).all()
+    values.setflags(write=False)
+    assert np.shares_memory(Frf(AXIS, values, ("a",), ("a",)).values, values)  # no copy
 
 
 def test_a_frequency_contiguous_array_stays_so():

@@ -143,7 +143,8 @@ def test_the_error_of_every_order_mode_by_mode(seed, n, grounded, eta, beta, alp
     rng, system, modes, keep = random_case(seed, n, grounded)
     damping = alpha * system.mass + beta * system.stiffness
     system = replace(system, damping=damping, loss_factor=eta)
-    lines = np.sort(rng.uniform(20, 5000, 5))
+    first = modes.natural_frequencies[~keep].min(initial=5000.0)  # beyond, the series diverges
+    lines = np.sort(rng.uniform(0.01, 0.99, 5)) * first
     w = 2 * np.pi * lines
     mu, v = 1 + 1j * (eta + w * beta), w**2 - 1j * w * alpha
     try:
@@ -270,7 +271,7 @@ def test_what_has_no_residual_is_refused_by_name():
     with pytest.raises(FbsError, match="residual_order must be 0 or more, or None, got -1"):
         truncate(free, slice(0, 2), residual_order=-1)
     for keep in ([0, 7], [True, False]):
-        with pytest.raises(FbsError, match="keep does not fit 5 modes"):
+        with pytest.raises(FbsError, match="does not fit 5 modes"):
             truncate(free, keep)
     for keep in ([0, 1, 1], [0, -5]):
         with pytest.raises(FbsError, match="once each"):

@@ -9,10 +9,14 @@ import pytest
 from mbs_models.modal.mode_kinds import Kind
 from mbs_models.modal.modes import drivetrain_modes
 from mbs_models.model.model_file import load
-from validation.routes.modes import equation_modes
+from validation.routes.source import equations_source
 
 
-@pytest.mark.parametrize("solve", [drivetrain_modes, equation_modes], ids=["exudyn", "equations"])
+@pytest.mark.parametrize(
+    "solve",
+    [drivetrain_modes, lambda drivetrain: equations_source(drivetrain).modes],
+    ids=["exudyn", "equations"],
+)
 def test_torsional_frequencies(solve: object) -> None:
     assert callable(solve)
     modes = solve(load("geared-torsional")).modes

@@ -15,7 +15,8 @@ from mbs_models.system.linearization import linearize
 from tests.strategies import changed, damped, drivetrains, paper, planetary_stages, with_stage
 from validation.checks.metrics import scaled_error
 from validation.routes import equations, multibody
-from validation.routes.routes import EQUATIONS, build_model, couple_stages, exudyn_source
+from validation.routes.routes import couple_stages
+from validation.routes.source import equations_source, exudyn_source
 
 LINES = np.geomspace(5.0, 20000.0, 60)
 
@@ -103,8 +104,8 @@ def test_fbs_is_the_whole(drivetrain: Drivetrain) -> None:
     """Coupled stages = assembled system, for exudyn's stages and for the equations'."""
     whole = multibody.drivetrain_system(drivetrain)
     reference = direct_frf(whole, LINES).select(whole.dofs, whole.dofs).values
-    for source in (exudyn_source(), EQUATIONS):
-        coupled = couple_stages(build_model(source, drivetrain), LINES).frf
+    for source in (exudyn_source, equations_source):
+        coupled = couple_stages(source(drivetrain), LINES).frf
         error = scaled_error(reference, coupled.select(whole.dofs, whole.dofs).values)
         assert error.max() <= FRF_TOLERANCE
 
@@ -112,7 +113,7 @@ def test_fbs_is_the_whole(drivetrain: Drivetrain) -> None:
 @settings(max_examples=30)
 @given(drivetrains())
 def test_reciprocity_and_passivity(drivetrain: Drivetrain) -> None:
-    model = build_model(exudyn_source(), drivetrain)
+    model = exudyn_source(drivetrain)
     dofs = model.whole.dofs
     frf = couple_stages(model, LINES).frf.select(dofs, dofs)
     transposed = frf.values.transpose(0, 2, 1)

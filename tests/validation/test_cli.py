@@ -18,7 +18,7 @@ from mbs_models.model.model_file import load, preset_names, template
 from mbs_models.model.parameters import Drivetrain
 from tests.strategies import changed, paper, with_stage
 from tests.validation.command_line import call
-from validation.routes import equations, multibody, routes
+from validation.routes import equations, multibody
 
 BAND = ["--fmin", "10", "--fmax", "4000", "--df", "10"]
 
@@ -48,12 +48,9 @@ def perturbed_bearing(drivetrain: Drivetrain) -> Drivetrain:
 def test_run_catches_a_wrong_model(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    wrong = routes.Source(
-        "equations",
-        lambda d: equations.drivetrain_system(perturbed_bearing(d)),
-        lambda d, name: equations.stage_system(perturbed_bearing(d), name),
-    )
-    monkeypatch.setattr("validation.crosscheck.comparison.EQUATIONS", wrong)
+    build = equations.drivetrain_system, equations.stage_system
+    monkeypatch.setattr(equations, "drivetrain_system", lambda d: build[0](perturbed_bearing(d)))
+    monkeypatch.setattr(equations, "stage_system", lambda d, n: build[1](perturbed_bearing(d), n))
     assert call("run", "--out", str(tmp_path), *BAND) == 1
     printed = capsys.readouterr().out
     assert "DISAGREE" in printed

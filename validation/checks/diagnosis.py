@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray
+
 Array = NDArray[Any]
-FloatArray = NDArray[np.float64]
 
 # An entry of ΔZ that is this small against its DoFs' own dynamic stiffness is round-off of the
 # inversion (measured: below 1e-10 between routes that agree).
@@ -142,7 +143,7 @@ def differing_entries(
     )
 
 
-def in_words(found: Sequence[EntryDifference]) -> tuple[str, ...]:
+def describe(found: Sequence[EntryDifference]) -> tuple[str, ...]:
     """The most telling differences, and how many more there are."""
     words = [str(entry) for entry in found[:MAX_FINDINGS]]
     if len(found) > MAX_FINDINGS:

@@ -6,9 +6,9 @@ import numpy as np
 
 from fbs import SecondOrderSystem
 
-from ..routes.routes import Model
+from ..routes.source import Source
 from .check import Check
-from .diagnosis import differing_entries, in_words
+from .diagnosis import describe, differing_entries
 
 MATRIX_TOLERANCE = 1e-12
 MATRIX_REASON = (
@@ -17,11 +17,11 @@ MATRIX_REASON = (
 )
 
 
-def matrix_checks(model: Model, witness: Model) -> list[Check]:
-    """The two sources' matrices, of the whole and of every stage."""
-    subjects = [("whole drivetrain", model.whole, witness.whole)]
-    subjects += [(f"stage {n}", model.stages[n], witness.stages[n]) for n in model.stages]
-    routes = (model.source, witness.source)
+def matrix_checks(reference: Source, other: Source) -> list[Check]:
+    """Two sources' matrices, of the whole and of every stage."""
+    subjects = [("whole drivetrain", reference.whole, other.whole)]
+    subjects += [(f"stage {n}", own, other.stage(n)) for n, own in reference.stages.items()]
+    routes = (reference.name, other.name)
     return [
         check
         for subject, ours, theirs in subjects
@@ -29,39 +29,39 @@ def matrix_checks(model: Model, witness: Model) -> list[Check]:
     ]
 
 
-def assembly_checks(model: Model, witness: Model) -> list[Check]:
+def assembly_checks(*sources: Source) -> list[Check]:
     """The stages' matrices put together, against the whole's: nothing lost in the split."""
     return [
         check
-        for m in (model, witness)
-        if m.joints
+        for source in sources
+        if source.joints
         for check in _compare_systems(
             "stages put together",
             "whole drivetrain",
-            (model.source, f"{m.source} stages"),
-            model.whole,
-            assembled(m),
+            (sources[0].name, f"{source.name} stages"),
+            sources[0].whole,
+            assembled(source),
         )
     ]
 
 
-def assembled(model: Model) -> SecondOrderSystem:
+def assembled(source: Source) -> SecondOrderSystem:
     """The parts' matrices and their flexible joints, added up over the labels: what FBS must equal.
 
     Only independent DoFs are added; a hub welded to bodies is the derived label of one stage's DoF
     and of another's, which the whole's own reduction joins.
     """
-    whole = model.whole
+    whole = source.whole
     size = len(whole.dofs)
     mass, damping, stiffness = (np.zeros((size, size)) for _ in range(3))
-    for stage in model.stages.values():
+    for stage in source.stages.values():
         index, factor = whole.locate(stage.dofs)
         spread = np.zeros((size, len(stage.dofs)))
         spread[index, np.arange(len(stage.dofs))] = factor
         mass += spread @ stage.mass @ spread.T
         damping += spread @ stage.damping @ spread.T
         stiffness += spread @ stage.stiffness @ spread.T
-    for joint in model.joints:
+    for joint in source.joints:
         if joint.stiffness is not None:
             index, factor = whole.locate([joint.first[1], joint.second[1]])
             v = np.zeros(size)
@@ -79,12 +79,12 @@ def _compare_systems(
     theirs: SecondOrderSystem,
 ) -> list[Check]:
     if set(ours.dofs) != set(theirs.dofs):
-        odd = sorted(set(ours.dofs) ^ set(theirs.dofs))
-        finding = f"these DoFs are in one of the two only: {', '.join(odd)}"
+        single = sorted(set(ours.dofs) ^ set(theirs.dofs))
+        finding = f"these DoFs are in one of the two only: {', '.join(single)}"
         return [
             Check(
-                f"M, C, K {name}", subject, routes, "DoFs in one route only", float(len(odd)), 0.0,
-                "the routes describe the same DoFs", (finding,),
+                f"M, C, K {name}", subject, routes, "DoFs in one route only",
+                float(len(single)), 0.0, "the routes describe the same DoFs", (finding,),
             )
         ]  # fmt: skip
     order = [theirs.dofs.index(dof) for dof in ours.dofs]
@@ -96,14 +96,14 @@ def _compare_systems(
         if largest == 0.0 and not other.any():
             continue  # an undamped drivetrain has no C to compare
         # The largest entry rules (10 kg against a hub of 1e-8 kg would hide half a hub), so mass
-        # and damping are judged by each entry's own DoFs as well.
+        # and damping are held against each entry's own DoFs as well.
         scale = np.sqrt(np.outer(np.diag(reference), np.diag(reference)))
         own = np.divide(np.abs(other - reference), scale, out=np.zeros_like(scale), where=scale > 0)
         value = max(float(np.abs(other - reference).max()) / max(largest, 1e-300), float(own.max()))
         findings: tuple[str, ...] = ()
         if value > MATRIX_TOLERANCE:
             found = differing_entries(matrix, reference, other, ours.dofs, MATRIX_TOLERANCE * scale)
-            findings = in_words(found)
+            findings = describe(found)
         checks.append(
             Check(
                 f"{matrix.capitalize()} matrix, {name}", subject, routes,

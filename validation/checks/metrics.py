@@ -7,27 +7,56 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from fbs import Frf
+
+from ..arrays import FloatArray
+
 Array = NDArray[Any]
+
+
+def row_norms(frf: Frf) -> FloatArray:
+    """h_i = √Σ_j |H_ij|², (n_line, n_response)."""
+    values = frf.values.transpose(1, 2, 0)
+    squares = np.sum(values.real**2 + values.imag**2, axis=1)
+    norms: FloatArray = np.sqrt(squares).T
+    return norms
 
 
 def scaled_error(reference: Array, other: Array) -> FloatArray:
     """|ΔH_ij| / √(h_i h_j) per line, h_i the norm of row i of the reference H at that line.
 
-    Antiresonances and DoFs of different size are judged alike: an error counts against what the
+    Antiresonances and DoFs of different size are compared alike: an error counts against what the
     two DoFs do at that frequency, not against the one value that happens to vanish.
 
     Parameters
     ----------
     reference, other
-        (n_frequency, n, n), the same DoFs as responses and excitations.
+        (n_line, n, n), the same DoFs as responses and excitations.
     """
-    row_norm = np.linalg.norm(reference, axis=2)
-    if np.any(row_norm == 0.0):
+    norm = np.linalg.norm(reference, axis=2).T
+    square = squared_errors((other - reference).transpose(1, 2, 0), error_scale(norm, norm))
+    return np.sqrt(square).transpose(2, 0, 1)
+
+
+def error_scale(rows: FloatArray, columns: FloatArray) -> FloatArray:
+    """h_i h_j (n_response, n_excitation, n_line) of rows' norms (n, n_line).
+
+    Raises
+    ------
+    ValueError
+        A DoF responds to nothing.
+    """
+    if not (rows.all() and columns.all()):
         raise ValueError("a DoF of the reference does not respond to anything: nothing to scale by")
-    scale = np.sqrt(row_norm[:, :, None] * row_norm[:, None, :])
-    error: FloatArray = np.abs(other - reference) / scale
-    return error
+    return np.asarray(rows[:, None] * columns)
+
+
+def squared_errors(difference: Array, scale: FloatArray) -> FloatArray:
+    """|ΔH_ij|² / (h_i h_j): the squares of scaled errors, which are ranked as those are."""
+    square: FloatArray = difference.real**2
+    square += difference.imag**2
+    square /= scale
+    return square
 
 
 def decibel_difference(reference: Array, other: Array) -> FloatArray:
@@ -42,10 +71,10 @@ def frac(reference: Array, other: Array) -> float:
     Reported for its popularity: the few lines at the peaks decide it (Heylen & Lammens 1996).
     Two FRFs that are zero everywhere (no path between the DoFs) count as equal.
     """
-    norms = [np.linalg.norm(h) for h in (reference, other)]
+    norms = [np.sqrt(np.sum(h.real**2 + h.imag**2)) for h in (reference, other)]
     if not all(norms):
         return float(norms[0] == norms[1])
-    return float(abs(np.vdot(reference / norms[0], other / norms[1])) ** 2)
+    return float(abs(np.sum((reference / norms[0]).conj() * (other / norms[1]))) ** 2)
 
 
 def subspace_mac(first: Array, second: Array, mass: FloatArray) -> float:

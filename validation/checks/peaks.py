@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from ..arrays import FloatArray
 
 PROMINENCE_DB = 3.0  # how far a peak stands above the higher of the valleys beside it
 LARGEST_SHIFT = 0.1  # of the frequency: peaks further apart are not the same resonance

@@ -12,14 +12,14 @@ from fbs import RealModes, real_modes
 from fbs.damped_modes import is_proportional, modal_damping
 from mbs_models.modal.mode_kinds import Kind, Modes, mode_groups
 
+from ..arrays import FloatArray
 from ..routes.modes import damped_modes
-from ..routes.routes import Model, couple_stages
+from ..routes.routes import fbs_route
+from ..routes.source import Source
 from .check import Check
 from .diagnosis import MAX_FINDINGS
 from .metrics import subspace_mac
 from .poles import FilteredPole, filtered_poles
-
-FloatArray = NDArray[np.float64]
 
 POLE_TOLERANCE = 1e-6
 POLE_REASON = (
@@ -45,25 +45,23 @@ class PoleChecks:
     warnings: tuple[str, ...]
 
 
-def pole_checks(model: Model, witness: Model, modes: Modes) -> PoleChecks:
+def pole_checks(reference: Source, other: Source, modes: Modes) -> PoleChecks:
     """exudyn's eigensolution against the equations' modes and the poles FBS' FRFs have."""
     from mbs_models.modal.modes import eigenvalue_error  # exudyn takes its time to load
 
-    names, filtered = [witness.source], {}
-    own = real_modes(model.whole)
-    if is_proportional(modal_damping(own, model.whole.damping)):
-        names.append(f"FBS of {model.source} stages")
-        filtered = _fbs_poles(model, own)
-    rows = _pole_rows(model, witness, modes, filtered)
+    names, filtered = [other.name], {}
+    own = real_modes(reference.whole)
+    if is_proportional(modal_damping(own, reference.whole.damping)):
+        names.append(f"FBS of {reference.name} stages")
+        filtered = _fbs_poles(reference, own)
+    rows = _pole_rows(reference, other, modes, filtered)
     # A filter's shapes are not the eigensolution's: no round-off of it is in them.
     allowed = {name: [MAC_TOLERANCE] * len(rows) for name in names}
-    allowed[witness.source] = allowed_mac_defects(
-        real_modes(witness.whole), eigenvalue_error(modes)
-    )
+    allowed[other.name] = allowed_mac_defects(real_modes(other.whole), eigenvalue_error(modes))
     checks = []
     for name in names:
-        checks += _pole_checks_of(model.source, name, rows, allowed[name])
-    unjudged = _unjudged(model.source, rows, allowed[witness.source])
+        checks += _pole_checks_of(reference.name, name, rows, allowed[name])
+    unjudged = _unjudged(reference.name, rows, allowed[other.name])
     return PoleChecks(checks, tuple(rows), unjudged)
 
 
@@ -125,27 +123,27 @@ def _numbers(modes: Sequence[int]) -> str:
     return f"mode{'s' if len(modes) > 1 else ''} {listed}"
 
 
-def _fbs_poles(model: Model, modes: RealModes) -> dict[int, FilteredPole]:
+def _fbs_poles(source: Source, modes: RealModes) -> dict[int, FilteredPole]:
     """Poles of the coupled FRFs by mode; the damping must be proportional."""
-    dofs = model.whole.dofs
+    dofs, route = source.whole.dofs, fbs_route(source)
     groups = mode_groups(modes.natural_frequencies, modes.n_rigid)
     found = filtered_poles(
-        lambda f: couple_stages(model, f).frf.select(dofs, dofs).values,
-        model.whole.mass,
+        lambda lines: route.frf(lines, dofs, dofs).values,
+        source.whole.mass,
         [(modes.natural_frequencies[g[0]], modes.shapes[:, g]) for g in groups],
     )
     return dict(zip((mode for group in groups for mode in group), found, strict=True))
 
 
 def _pole_rows(
-    model: Model, witness: Model, modes: Modes, filtered: dict[int, FilteredPole]
+    reference: Source, other: Source, modes: Modes, filtered: dict[int, FilteredPole]
 ) -> list[PoleRow]:
-    real = real_modes(witness.whole)
-    frequencies, ratios = damped_modes(witness.whole, real)
+    real = real_modes(other.whole)
+    frequencies, ratios = damped_modes(other.whole, real)
     shapes = modes.shapes[[modes.labels.index(dof) for dof in real.dofs]]
     groups = mode_groups(real.natural_frequencies, real.n_rigid)
-    macs = _eigensolution_macs(shapes, real, groups, witness.whole.mass)
-    ours, theirs, fbs = model.source, witness.source, f"FBS of {model.source} stages"
+    macs = _eigensolution_macs(shapes, real, groups, other.whole.mass)
+    ours, theirs, fbs = reference.name, other.name, f"FBS of {reference.name} stages"
     rows = []
     for number, mode in enumerate(modes.modes):
         frequency = {ours: mode.frequency_hz, theirs: float(frequencies[number])}

@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from .metrics import subspace_mac
 
 Array = NDArray[Any]
-FloatArray = NDArray[np.float64]
 
 # How far (relative) the line lies from the group: near enough for its poles to rule, far enough
 # that an undamped H keeps eleven digits.

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ..routes.time_domain import FBS, ROUTE, FloatArray, TimeDomain
+from ..arrays import FloatArray
+from ..routes.time_domain import TimeDomain
 from .check import Check
 
 DECIBEL_TOLERANCE = 0.1
@@ -13,14 +14,14 @@ DEGREE_TOLERANCE = 1.0
 
 REASON = (
     "the orbit is closed to 1e-6 of each motion, which on a line 80 dB below a response's peak is "
-    "1 %: 0.09 dB and 0.6°; further below only lines are judged that are better known; the "
+    "1 %: 0.09 dB and 0.6°; further below only lines that are better known are compared; the "
     "trapezoidal rule bends frequencies to ω′ = (2/h) tan(ωh/2) exactly, and FBS is asked there"
 )
 
 
 def time_domain_checks(result: TimeDomain) -> list[Check]:
     """Verdicts on the FRFs from time integration: magnitude and phase."""
-    subject, routes = f"{len(result.labels)} FRFs from {result.excitation}", (FBS, ROUTE)
+    subject, routes = f"{len(result.labels)} FRFs from {result.excitation}", result.routes
 
     def findings(values: FloatArray, allowed: float, unit: str) -> tuple[str, ...]:
         return tuple(
@@ -32,7 +33,7 @@ def time_domain_checks(result: TimeDomain) -> list[Check]:
     check = Check(
         "FRFs from time integration, magnitude", subject, routes, "largest difference, dB",
         float(result.worst_db.max()), DECIBEL_TOLERANCE, REASON,
-        findings(result.worst_db, DECIBEL_TOLERANCE, "dB"), result.judged,
+        findings(result.worst_db, DECIBEL_TOLERANCE, "dB"), result.comparable,
     )  # fmt: skip
     return [
         check,

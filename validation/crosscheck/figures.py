@@ -2,82 +2,61 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from math import ceil
+from collections.abc import Sequence
+from math import ceil, floor, log10
 
 import numpy as np
-from matplotlib.axes import Axes
+from matplotlib import colormaps
+from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from mbs_models.modal.mode_kinds import Kind
 
-from ..report.curves import extremes, relative_difference
+from ..checks.frfs import FRF_TOLERANCE, FrfComparison, Pair
+from ..checks.time_domain import DECIBEL_TOLERANCE
+from ..report.curves import extremes, largest, relative_difference
+from ..report.frf_panel import (
+    Curve,
+    Difference,
+    FrfPanel,
+    Mode,
+    coincident_curves,
+    differences_of,
+    draw_magnitude,
+    frf_figure,
+    reference_curve,
+)
+from ..report.plots import INCH, Axes, Box, LegendEntry, legend, plot_svg
 from ..report.style import (
+    BLACK,
+    BLUE,
     CURVE_COLUMNS,
+    ERROR_COLUMNS,
+    FLOOR_COLOR,
     KIND_COLORS,
     REFERENCE_COLOR,
+    SKY,
+    VERMILLION,
     WIDTH,
     along_axis,
+    decade_labels,
     decades,
     envelope,
-    frequency_axis,
-    log_axis,
     part_colors,
-    route_colors,
-    styled,
+    power_of_ten,
     svg,
 )
-from .error_figures import error_figure, heat_map, kernel_figure, worst_comparison
-from .results import CrossCheck
+from ..routes.time_domain import TimeDomain
+from .describe import short_frequency
+from .result import CrossCheck
 
-FloatArray = NDArray[np.float64]
-
-DASH = 5.0  # points: coincident routes take turns, each a dash of this length
-
-
-@dataclass(frozen=True)
-class CurveFigure:
-    """The FRFs of one pair of DoFs by every route."""
-
-    response: str
-    excitation: str
-    svg: str
+MANY_DOFS = 60  # more than that cannot be labelled one by one
+DRAWN = 6  # responses of the run in time: the excited DoF, and the largest others
 
 
-@dataclass(frozen=True)
-class Figures:
-    """All figures; an empty string where there is nothing to draw."""
-
-    shares: str
-    curves: tuple[CurveFigure, ...]
-    errors: str
-    heat_map: str
-    kernel: str
-
-
-def draw_figures(result: CrossCheck) -> Figures:
-    """Draw everything a report shows."""
-    with styled():
-        return Figures(
-            shares=_shares(result),
-            curves=tuple(
-                CurveFigure(*pair, _curve(result, number, pair))
-                for number, pair in enumerate(result.curves, start=1)
-            ),
-            errors=error_figure(result),
-            heat_map=heat_map(worst_comparison(result), result.dofs),
-            kernel=kernel_figure(result),
-        )
-
-
-# --- modes ----------------------------------------------------------------------------------
-
-
-def _shares(result: CrossCheck) -> str:
+def shares_figure(result: CrossCheck) -> str:
     """Kinetic and strain energy of every mode by stage and coupling, as stacked bars."""
     modes = result.modes.modes
     drivetrain = result.drivetrain
@@ -99,7 +78,7 @@ def _shares(result: CrossCheck) -> str:
     step = ceil(len(modes) / 45)
     bottom.set_xticks(
         numbers[::step],
-        [_short(mode.frequency_hz) for mode in modes[::step]],
+        [short_frequency(mode.frequency_hz) for mode in modes[::step]],
         rotation=90,
         fontsize=7.0,
     )
@@ -109,121 +88,193 @@ def _shares(result: CrossCheck) -> str:
     return svg(figure, "shares", "Energy shares of every mode by stage and coupling")
 
 
-def _short(frequency: float) -> str:
-    """A natural frequency in few characters."""
-    return f"{frequency:.5g}" if frequency < 1e5 else f"{frequency:.1e}".replace("e+0", "e")
-
-
-# --- FRFs -----------------------------------------------------------------------------------
-
-
-def _curve(result: CrossCheck, number: int, pair: tuple[str, str]) -> str:
+def curve_figure(result: CrossCheck, number: int, pair: Pair) -> str:
     """|H| by every route, the modes above it, and every route's relative difference below it."""
-    by_route = result.curves[pair]
-    reference = by_route[result.reference]
-    routes = [route for route in by_route if route != result.reference]
-    kinds = _kinds_in_band(result)
-    heights = [0.14 * max(len(kinds), 1), 2.5, 1.3]
-    legend_height, axis_height = 0.2 + 0.17 * ceil((len(routes) + 1) / 3), 0.45
-    height = sum(heights) + 0.2 + legend_height + axis_height
-    figure = Figure(figsize=(WIDTH, height))
-    strip, magnitude, difference = figure.subplots(3, 1, sharex=True, height_ratios=heights)
-    figure.subplots_adjust(
-        left=0.105,
-        right=0.985,
-        top=1.0 - legend_height / height,
-        bottom=axis_height / height,
-        hspace=0.08,
+    by_route = dict(result.curves[pair])
+    reference = by_route.pop(result.reference)
+    routes = coincident_curves(by_route)
+    differences = {name: relative_difference(reference, h) for name, h in by_route.items()}
+    panel = FrfPanel(
+        frequency=result.frequency,
+        curves=(reference_curve(f"{result.reference} (reference)", reference), *routes),
+        differences=(Difference("|ΔH| / |H|", differences_of(routes, differences)),),
+        modes=_modes_in_band(result),
     )
-    _mode_strip(strip, kinds)
-    _magnitudes(magnitude, result.frequency, reference, by_route, routes)
-    differences = {route: relative_difference(reference, by_route[route]) for route in routes}
-    _differences(difference, result.frequency, differences)
-    frequency_axis(difference, result.frequency[0], result.frequency[-1])
-    figure.legend(
-        handles=_route_handles(result.reference, routes),
-        loc="upper left",
-        ncols=3,
-        handlelength=3.2,
-        bbox_to_anchor=(0.095, 1.0),
-        borderaxespad=0.0,
-    )
-    return svg(figure, f"curve{number}", f"FRF {pair[0]} over {pair[1]} by every route")
+    return frf_figure(panel, f"curve{number}", f"FRF {pair[0]} over {pair[1]} by every route")
 
 
-def _kinds_in_band(result: CrossCheck) -> dict[str, list[float]]:
-    """Natural frequencies within the band by kind of mode."""
+def _modes_in_band(result: CrossCheck) -> tuple[Mode, ...]:
+    """Natural frequencies within the band, a row for each kind."""
     first, last = result.frequency[0], result.frequency[-1]
-    kinds: dict[str, list[float]] = {}
-    for kind in Kind:
-        found = [m.frequency_hz for m in result.modes.modes if m.kind == kind]
-        if inside := [f for f in found if first <= f <= last]:
-            kinds[kind] = inside
-    return kinds
+    return tuple(
+        Mode(kind, mode.frequency_hz, KIND_COLORS[kind])
+        for kind in Kind
+        for mode in result.modes.modes
+        if mode.kind == kind and first <= mode.frequency_hz <= last
+    )
 
 
-def _mode_strip(axes: Axes, kinds: Mapping[str, Sequence[float]]) -> None:
-    for row, (kind, frequencies) in enumerate(kinds.items()):
-        axes.vlines(frequencies, row - 0.38, row + 0.38, color=KIND_COLORS[kind], linewidth=1.8)
-    axes.set_ylim(len(kinds) - 0.4, -0.6)
-    axes.set_yticks(range(len(kinds)), list(kinds), fontsize=7.0)
-    axes.tick_params(length=0.0, which="both")
-    axes.tick_params(axis="x", labelbottom=False)
+def error_figure(result: CrossCheck) -> str:
+    """Largest and median scaled error by line, one panel for each route."""
+    comparisons, f = result.comparisons, result.frequency
+    rows = ceil((len(comparisons) + 1) / 2)
+    allowed = np.maximum(FRF_TOLERANCE, result.round_off)
+    lowest, highest = decades(
+        [e for c in comparisons for e in (c.line_max, c.line_median)], 10.0 * FRF_TOLERANCE
+    )
+    at, bottom = largest(along_axis(f), result.round_off, ERROR_COLUMNS), 10.0**lowest
+    frames = []
+    for number, comparison in enumerate(comparisons):
+        row, column = divmod(number, 2)
+        box = (50.0 + 338.0 * column, 18.0 + 124.0 * row, 322.0, 98.0)
+        last = number >= len(comparisons) - 2
+        axes = Axes.over(box, f[0], f[-1], title=comparison.route, labelled=last)
+        axes.fill_between(f[at], bottom, result.round_off[at], color=FLOOR_COLOR)
+        envelope(axes, f, comparison.line_median, bottom, color=SKY, linewidth=0.9)
+        envelope(axes, f, comparison.line_max, bottom, color=BLUE, linewidth=1.1)
+        envelope(axes, f, allowed, bottom, color=VERMILLION, linewidth=1.0, linestyle="--")
+        axes.decades(lowest, highest, most=5)
+        if column:  # as on the left
+            axes.y_ticks = [(value, "") for value in decade_labels(lowest, highest, 5)]
+        frames.append(axes)
+    entries = (
+        LegendEntry("largest over all FRFs", BLUE, 1.6),
+        LegendEntry("median over all FRFs", SKY, 1.6),
+        LegendEntry("tolerance", VERMILLION, 1.2, "--"),
+        LegendEntry("what round-off of K alone can cause", FLOOR_COLOR, 7.0),
+    )
+    row, column = divmod(len(comparisons), 2)
+    key = legend(entries, 110.0 + 342.0 * column, 48.0 + 124.0 * row, 1, 0.0)
+    size = INCH * WIDTH, 124.0 * rows + 30.0
+    return plot_svg(size, frames, "errors", "Scaled error over frequency, by route", key)
+
+
+def heat_map(comparison: FrfComparison, dofs: Sequence[str]) -> str:
+    """Largest scaled error over all lines of every pair of DoFs, a colour for each decade."""
+    count = len(dofs)
+    side = min(max(0.2 * count, 2.6), 6.6)
+    left, bottom, top, right = 1.35, 1.35, 0.08, 1.35
+    width, height = left + side + right, bottom + side + top
+    figure = Figure(figsize=(width, height))
+    axes = figure.add_axes((left / width, bottom / height, side / width, side / height))
+    lowest, highest = decades([comparison.pair_max])
+    step = ceil((highest - lowest) / 12)
+    bounds = np.arange(lowest, highest + step, step)
+    colors = colormaps["Blues"].resampled(len(bounds) - 1)
+    exponent = np.log10(np.clip(comparison.pair_max, 10.0**lowest, None))
+    many = count > MANY_DOFS
+    mesh = axes.pcolormesh(
+        exponent,
+        cmap=colors,
+        norm=BoundaryNorm(bounds, colors.N),
+        edgecolor="none" if many else "white",
+        linewidth=0.3,
+        rasterized=many,  # tens of thousands of cells would be megabytes of paths
+    )
+    size = 7.5 if many else min(7.5, 7.5 * 30 / count)
+    ticks, names = part_ticks(dofs) if many else (np.arange(count) + 0.5, list(dofs))
+    axes.set_xticks(ticks, names, rotation=90, fontsize=size)
+    axes.set_yticks(ticks, names, fontsize=size)
+    axes.tick_params(length=0.0)
+    axes.set_xlabel("Excitation")
+    axes.set_ylabel("Response")
+    axes.invert_yaxis()
+    axes.grid(visible=False)
     axes.spines[["left", "bottom"]].set_visible(False)
-    axes.grid(visible=False, axis="x")
-
-
-def _magnitudes(
-    axes: Axes,
-    frequency: FloatArray,
-    reference: NDArray[np.complex128],
-    by_route: Mapping[str, NDArray[np.complex128]],
-    routes: Sequence[str],
-) -> None:
-    position = along_axis(frequency)
-    level = _decibels(reference)
-    at = extremes(position, level, CURVE_COLUMNS)
-    axes.plot(frequency[at], level[at], color=REFERENCE_COLOR, linewidth=4.0)
-    for number, (route, color) in enumerate(route_colors(routes).items()):
-        level = _decibels(by_route[route])
-        at = extremes(position, level, CURVE_COLUMNS)
-        axes.plot(
-            frequency[at],
-            level[at],
-            color=color,
-            linewidth=1.2,
-            linestyle=_turn(number, len(routes)),
-            dash_capstyle="butt",
+    bar_axes = figure.add_axes(
+        (
+            (left + side + 0.25) / width,
+            (bottom + 0.15 * side) / height,
+            0.16 / width,
+            0.7 * side / height,
         )
-    axes.set_ylabel("|H| (dB re 1 m/N)")
-    axes.tick_params(axis="x", labelbottom=False)
+    )
+    bar = figure.colorbar(mesh, cax=bar_axes, ticks=bounds)
+    bar.ax.set_yticklabels([power_of_ten(int(e)) for e in bounds])
+    bar.ax.tick_params(length=0.0)
+    bar.outline.set_visible(False)
+    bar.set_label(
+        "Largest scaled error", rotation=90, rotation_mode="anchor", ha="center", va="top"
+    )
+    return svg(figure, "heatmap", f"Largest scaled error of every FRF, {comparison.route}")
 
 
-def _turn(number: int, of: int) -> tuple[float, tuple[float, float]] | str:
-    """A dash pattern that leaves room for all other routes' dashes."""
-    return (number * DASH, (DASH, (of - 1) * DASH)) if of > 1 else "dashed"
+def part_ticks(dofs: Sequence[str]) -> tuple[NDArray[np.float64], list[str]]:
+    """One tick in the middle of every run of DoFs of the same part."""
+    parts = [dof.partition(".")[0] for dof in dofs]
+    starts = [i for i, part in enumerate(parts) if i == 0 or part != parts[i - 1]]
+    ends = [*starts[1:], len(parts)]
+    middles = np.array([(a + b) / 2.0 for a, b in zip(starts, ends, strict=True)])
+    return middles, [parts[i] for i in starts]
 
 
-def _differences(axes: Axes, frequency: FloatArray, differences: Mapping[str, FloatArray]) -> None:
-    lowest, highest = decades(list(differences.values()))
-    for number, (route, color) in enumerate(route_colors(list(differences)).items()):
-        # Dashed over solid, and the dashed ones in turn, so that coincident routes all show.
-        line = "solid" if number < 2 else (number * DASH, (DASH, DASH))
-        envelope(axes, frequency, differences[route], 10.0**lowest, color=color, lw=1.3, ls=line)
-    log_axis(axes, lowest, highest, most=4)
-    axes.set_ylabel("|ΔH| / |H|")
+def kernel_figure(result: CrossCheck) -> str:
+    """How much the interface kernel amplifies a relative error of the stages' FRFs."""
+    values = result.kernel_condition
+    if not len(values):
+        return ""
+    f = result.frequency
+    at = extremes(along_axis(f), values, CURVE_COLUMNS)
+    finite = values[np.isfinite(values) & (values > 0.0)]
+    low, high = (floor(log10(finite.min())), ceil(log10(finite.max()))) if len(finite) else (0, 1)
+    axes = Axes.over((50.0, 7.0, 663.0, 126.0), f[0], f[-1])
+    axes.plot(f[at], values[at], color=BLACK, lw=1.0)
+    axes.decades(low, max(high, low + 1), most=5)
+    axes.y = (0.6 * 10.0**low, 10.0 ** max(high, low + 1))  # what amplifies nothing shows as a line
+    axes.set_ylabel("Amplification")
+    words = "Conditioning of the interface kernel over frequency"
+    return plot_svg((INCH * WIDTH, 166.0), (axes,), "kernel", words)
 
 
-def _route_handles(reference: str, routes: Sequence[str]) -> list[Line2D]:
-    handles = [Line2D([], [], color=REFERENCE_COLOR, lw=4.0, label=f"{reference} (reference)")]
-    handles += [
-        Line2D([], [], color=color, lw=1.6, label=route)
-        for route, color in route_colors(routes).items()
-    ]
-    return handles
+def time_figure(result: TimeDomain) -> str:
+    """FRFs by both routes, and their difference over frequency."""
+    f, frames = result.frequency, []
+    reach = (0.0, float(f[-1]))
+    for place, number in enumerate(_drawn(result)):
+        row, column = divmod(place, 2)
+        box = (50.0 + 364.0 * column, 38.0 + 138.0 * row, 288.0, 98.0)
+        name = f"{result.labels[number]} ← {result.excitation}"
+        axes = Axes(box, reach, logarithmic=False, title=name, named_x=False)
+        curves = (
+            Curve("FBS", result.substructured[:, number], REFERENCE_COLOR, 3.0),
+            Curve("exudyn in time", result.transient[:, number], BLUE, 0.0, marker=".", size=4.0),
+        )
+        draw_magnitude(axes, FrfPanel(f, curves, from_zero=True), CURVE_COLUMNS)
+        frames.append(axes)
+    top = 38.0 + 138.0 * ceil(len(frames) / 2)
+    frames.append(_difference(result, (50.0, top, 663.0, 88.0), reach))
+    entries = (
+        LegendEntry("FBS", REFERENCE_COLOR, 3.0),
+        LegendEntry("exudyn in time", BLUE, 0.0, marker=".", size=4.0),
+    )
+    words = f"FRFs excited at {result.excitation}, by time integration and by FBS"
+    key = legend(entries, 520.0, 2.0, 2, 80.0)
+    return plot_svg((INCH * WIDTH, top + 124.0), frames, "time-domain", words, key)
 
 
-def _decibels(receptance: NDArray[np.complex128]) -> FloatArray:
-    with np.errstate(divide="ignore"):
-        level: FloatArray = 20.0 * np.log10(np.abs(receptance))
-    return level
+def _drawn(result: TimeDomain) -> list[int]:
+    """The excited DoF first, then the largest responses of other bodies, one a body."""
+    peaks = np.abs(result.substructured).max(axis=0)
+    order = sorted(range(len(peaks)), key=lambda i: -peaks[i])
+    chosen = [i for i in order if result.labels[i] == result.excitation]
+    bodies = {result.labels[i].rpartition(".")[0] for i in chosen}
+    for i in order:
+        body = result.labels[i].rpartition(".")[0]
+        if body not in bodies and len(chosen) < DRAWN:
+            chosen.append(i)
+            bodies.add(body)
+    return chosen
+
+
+def _difference(result: TimeDomain, box: Box, reach: tuple[float, float]) -> Axes:
+    """The largest difference of any response, line by line, and what is allowed."""
+    reference = np.abs(result.substructured)
+    ratio = np.where(result.compared, np.abs(result.transient) / reference, 1.0)
+    decibel = np.abs(20.0 * np.log10(ratio)).max(axis=1)
+    words = f"Largest difference over all {len(result.labels)} responses; dashed: allowed"
+    axes = Axes(box, reach, logarithmic=False, title=words)
+    axes.plot(result.frequency, np.maximum(decibel, 1e-6), color=BLUE, lw=1.0)
+    axes.decades(max(floor(log10(max(decibel.min(), 1e-6))), -6), 0)
+    axes.across(DECIBEL_TOLERANCE, VERMILLION, 1.0, "--")
+    axes.set_ylabel("dB")
+    return axes

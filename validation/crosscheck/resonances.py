@@ -9,9 +9,11 @@ from typing import Any
 
 from mbs_models.gears.orders import Order, orders
 from mbs_models.gears.resonances import CLOSE, Crossing, Margin, crossings, margins
-from mbs_models.model.parameters import Operation
+from mbs_models.modal.mode_kinds import Modes
+from mbs_models.model.parameters import Drivetrain, Operation
+from mbs_models.system.components import Components
 
-from .results import CrossCheck
+LISTED = 30  # crossings in the table
 
 
 @dataclass(frozen=True)
@@ -48,11 +50,21 @@ class Resonances:
         """Margins that are called out."""
         return tuple(margin for margin in self.margins if margin.close)
 
+    @property
+    def listed(self) -> tuple[Crossing, ...]:
+        """Crossings that are resonances, those with most energy."""
+        return tuple(crossing for crossing in self.crossings if crossing.telling)[:LISTED]
 
-def resonances(result: CrossCheck) -> Resonances | None:
+    @property
+    def suppressed(self) -> int:
+        """How many more would be but for planet phasing."""
+        return sum(crossing.suppressed for crossing in self.crossings)
+
+
+def resonances(drivetrain: Drivetrain, parts: Components, modes: Modes) -> Resonances | None:
     """Crossings and margins; None where no operation is given or the input cannot turn freely."""
-    operation = result.drivetrain.operation
-    found = orders(result.drivetrain, result.components)
+    operation = drivetrain.operation
+    found = orders(drivetrain, parts)
     if operation is None or not found:
         return None
     first, last = operation.speed_range
@@ -60,8 +72,8 @@ def resonances(result: CrossCheck) -> Resonances | None:
     if operation.speed is not None:
         speed = abs(operation.speed)
         first, last = min(first, (1.0 - CLOSE) * speed), max(last, (1.0 + CLOSE) * speed)
-        near = margins(found, result.modes, result.components, speed)
-    met = crossings(found, result.modes, result.components, (first, last))
+        near = margins(found, modes, parts, speed)
+    met = crossings(found, modes, parts, (first, last))
     return Resonances(operation, (first, last), found, met, near)
 
 
@@ -71,9 +83,9 @@ def phasing_rules(found: tuple[Order, ...]) -> Iterator[tuple[str, str]]:
         rules = [(rule.excited, rule.harmonic) for rule in order.phasing]
         looked_at = [rule for rule in rules if rule[1] in order.harmonics]
         runs = groupby(looked_at, key=lambda rule: rule[0])
-        told = [f"{' '.join(f'×{number}' for _, number in run)} {kind}" for kind, run in runs]
-        if told:
-            yield order.name, ", ".join(told)
+        kinds = [f"{' '.join(f'×{number}' for _, number in run)} {kind}" for kind, run in runs]
+        if kinds:
+            yield order.name, ", ".join(kinds)
 
 
 def crossings_document(found: Resonances | None) -> list[dict[str, Any]]:

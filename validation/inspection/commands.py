@@ -1,4 +1,4 @@
-"""`crosscheck modes` and `crosscheck frf`: from what is typed to what is printed or written."""
+"""`crosscheck modes`, `frf`, `inspect`, `estimate`: from what is typed to what is printed."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 
 from mbs_models.model import model_file
 
+from ..errors import require_frequencies
 from ..runtime.streams import warn
 
 
@@ -46,6 +47,7 @@ def frf_command(
     from ..routes.memory import frf_bytes, frf_count, require_memory
     from ..routes.routes import frf_by_name
     from . import frf_output
+    from .nodes import dof_channels
 
     rows = frf_output.labels("--response", responses)
     columns = frf_output.labels("--excitation", excitations)
@@ -67,4 +69,44 @@ def frf_command(
         frf_output.show(result)
     else:
         subject = drivetrain.name if stage is None else f"{drivetrain.name}: {stage} alone"
-        frf_output.write(result, output, title=f"{subject} ({route})")
+        frf_output.write(result, output, f"{subject} ({route})", dof_channels(drivetrain))
+
+
+def inspect_command(
+    file: Path,
+    model: str | None,
+    said: tuple[str | None, str | None, int | None],
+    channels: Sequence[str],
+) -> None:
+    """Print what a file of FRFs or records holds; `said` is its quantity, unit and run."""
+    from mbs_models.model.model_file import load
+
+    from ..routes.frf_input import file_options
+    from .measured_file import channel_options, inspection
+
+    options, named = file_options(*said), channel_options(channels)
+    drivetrain = None if model is None else load(model)
+    print("\n".join(inspection(file, options, named, drivetrain)))
+
+
+def estimate_command(
+    records: Sequence[Path],
+    output: Path,
+    limits: tuple[float | None, float | None, float | None],
+    channels: Sequence[str],
+    *,
+    method: str,
+    signal: str | None,
+    decay: float,
+) -> None:
+    """Write the FRFs estimated from records; the options as typed."""
+    from .estimate import estimated, read_all, require_target, summary, write
+    from .measured_file import channel_options
+
+    fmin, fmax, df = limits
+    require_frequencies(fmin=fmin, fmax=fmax, df=df)
+    require_target(output)
+    taken = read_all(records, channel_options(channels))
+    found = estimated(taken, method, signal, df, decay, fmin, fmax)
+    write(found, output)
+    print("\n".join(summary(found)))

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import shutil
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import BinaryIO
 
@@ -13,13 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fbs import Frf
-from fbs.files.uff import UNITS as RESPONSE_UNITS
+from fbs.files.frf_files import FORMATS, write_frf
+from fbs.files.uff import Channel
 from fbs.files.whole_files import require_writable, written_whole
 
 from ..errors import CommandError
 from ..runtime.output_folder import telling
 
-CSV_ROWS = 1000  # as Python has them, at a time: numbers of which take four times those of numpy
+PICTURES = (".png", ".svg", ".pdf")
 
 
 def labels(option: str, given: Sequence[str] | None) -> tuple[str, ...] | None:
@@ -32,10 +31,10 @@ def labels(option: str, given: Sequence[str] | None) -> tuple[str, ...] | None:
 
 def check_target(path: Path) -> None:
     """Refuse a file that cannot be written before anything is computed."""
-    if path.suffix.lower() not in WRITERS:
+    if path.suffix.lower() not in (*FORMATS, *PICTURES):
         raise CommandError(
             f"--output = {path}: the ending {path.suffix or '(none)'} is not known; allowed: "
-            f"{', '.join(WRITERS)}"
+            f"{', '.join((*FORMATS, *PICTURES))}"
         )
     with telling(f"--output = {path}"):
         require_writable(path)
@@ -43,48 +42,29 @@ def check_target(path: Path) -> None:
 
 def is_picture(path: Path) -> bool:
     """Whether FRFs are drawn by matplotlib, rather than written as numbers or shown."""
-    return WRITERS.get(path.suffix.lower()) is _write_picture
+    return path.suffix.lower() in PICTURES
 
 
-def write(frf: Frf, path: Path, title: str) -> None:
-    """Write an FRF by the file's ending; an existing file is replaced whole or not at all."""
-    ending = path.suffix.lower()
-    with telling(f"--output = {path}"), written_whole(path) as file:
-        WRITERS[ending](frf, file, ending, title)
+def write(frf: Frf, path: Path, title: str, channels: Mapping[str, Channel] | None = None) -> None:
+    """Write an FRF by the file's ending; an existing file is replaced whole or not at all.
 
-
-def _write_npz(frf: Frf, file: BinaryIO, ending: str, title: str) -> None:
-    np.savez_compressed(
-        file,
-        frequency=frf.frequency,
-        values=frf.values,
-        responses=np.array(frf.responses),
-        excitations=np.array(frf.excitations),
-        quantity=np.array(str(frf.quantity)),
-    )
-
-
-def _write_csv(frf: Frf, file: BinaryIO, ending: str, title: str) -> None:
-    unit = f"{RESPONSE_UNITS[frf.quantity]}/N"
-    header = ["frequency_hz"]
-    columns = [frf.frequency]
-    for response, excitation, values in frf.curves():
-        name = f"{frf.quantity} {response} <- {excitation} ({unit})"
-        header += [f"re {name}", f"im {name}"]
-        columns += [values.real, values.imag]
-    text = io.TextIOWrapper(file, encoding="utf-8", newline="")
-    writer = csv.writer(text)
-    writer.writerow(header)
-    for start in range(0, len(frf.frequency), CSV_ROWS):
-        rows = [column[start : start + CSV_ROWS] for column in columns]
-        writer.writerows(np.column_stack(rows).tolist())
-    text.detach()
-
-
-def _write_uff(frf: Frf, file: BinaryIO, ending: str, title: str) -> None:
-    from fbs.files.uff import write_uff_to
-
-    write_uff_to(frf, file)
+    Parameters
+    ----------
+    frf
+        What is written.
+    path
+        Its ending says how.
+    title
+        Of a picture.
+    channels
+        Nodes and directions of the DoFs, for .uff.
+    """
+    with telling(f"--output = {path}"):
+        if is_picture(path):
+            with written_whole(path) as file:
+                _write_picture(frf, file, path.suffix.lower(), title)
+        else:
+            write_frf(frf, path, channels)
 
 
 def _write_picture(frf: Frf, file: BinaryIO, ending: str, title: str) -> None:
@@ -94,16 +74,6 @@ def _write_picture(frf: Frf, file: BinaryIO, ending: str, title: str) -> None:
     magnitude, _ = frf.plot(figure.subplots(2, sharex=True, height_ratios=(3, 1)))
     magnitude.set_title(title)
     figure.savefig(file, format=ending.removeprefix("."))
-
-
-WRITERS: Mapping[str, Callable[[Frf, BinaryIO, str, str], None]] = {
-    ".npz": _write_npz,
-    ".csv": _write_csv,
-    ".uff": _write_uff,
-    ".png": _write_picture,
-    ".svg": _write_picture,
-    ".pdf": _write_picture,
-}
 
 
 def show(frf: Frf) -> None:

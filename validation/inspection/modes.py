@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from mbs_models.modal.mode_kinds import (
-    Kind,
-    Mode,
-    Modes,
-)
+from mbs_models.modal.mode_kinds import Kind, Mode, Modes
 from mbs_models.model.parameters import Drivetrain
 
 from ..errors import CommandError
 from ..report.console import console, print_table
 from ..report.page import Table
-from ..routes.modes import equation_modes, known_to, round_off_warnings
+from ..routes.modes import known_to, round_off_warnings
+from ..routes.source import equations_source, exudyn_source
 from ..runtime.streams import warn
 
 
@@ -72,13 +69,13 @@ def solved_modes(
             raise CommandError(
                 "--torque: the equations are linear about the unloaded state; use --route exudyn"
             )
-        return equation_modes(drivetrain), None
+        return equations_source(drivetrain).modes, None
+    at_rest = exudyn_source(drivetrain).modes
+    if torque is None:
+        return at_rest, None
     from mbs_models.gears.operating_point import operating_point
     from mbs_models.modal.modes import drivetrain_modes
 
-    at_rest = drivetrain_modes(drivetrain)
-    if torque is None:
-        return at_rest, None
     point = operating_point(drivetrain, speed_rpm=0.0, torque=torque)
     return drivetrain_modes(drivetrain, point), at_rest
 

@@ -13,7 +13,7 @@ from fbs import Frf, RealModes, SecondOrderSystem, couple, direct_frf, frequency
 from mbs_models.model.parameters import Drivetrain
 
 from ..arrays import ComplexArray, FloatArray
-from ..routes.routes import EQUATIONS, Model, Source, build_model, exudyn_source
+from ..routes.source import Source
 from .case import PAPER, PaperCase, parameter_sets
 from .item import Curve, Difference
 
@@ -104,13 +104,13 @@ class Bench:
 
     # --- systems ---
 
-    def model(self, source: Source, shaft: float | None = None) -> Model:
-        """Whole system and stages of a source, with k_sw = ``shaft`` (default: the case's own)."""
-        return self.once(_model, source.name, self._shaft(shaft))
+    def with_shaft(self, shaft: float | None = None) -> PaperCase:
+        """The drivetrain with k_sw = ``shaft`` (default: the case's own), and its systems."""
+        return self.once(_with_shaft, self._shaft(shaft))
 
-    def exudyn(self, shaft: float | None = None) -> Model:
+    def exudyn(self, shaft: float | None = None) -> Source:
         """exudyn's systems."""
-        return self.model(exudyn_source(), shaft)
+        return self.with_shaft(shaft).exudyn
 
     def modes(self, part: str = "", shaft: float | None = None) -> RealModes:
         """Modes of exudyn's matrices: of the whole (``""``), or of a stage with its half hub."""
@@ -148,14 +148,13 @@ class Bench:
         return self.once(_frf, route, band, self._shaft(shaft), part, loss_factor)
 
 
-def _model(bench: Bench, source: str, shaft: float) -> Model:
-    of = EQUATIONS if source == EQUATIONS.name else exudyn_source()
-    return build_model(of, bench.case.with_shaft(shaft).drivetrain)
+def _with_shaft(bench: Bench, shaft: float) -> PaperCase:
+    return bench.case.with_shaft(shaft)
 
 
 def _modes(bench: Bench, part: str, shaft: float) -> RealModes:
-    model = bench.exudyn(shaft)
-    return real_modes(model.stages[part] if part else model.whole)
+    source = bench.exudyn(shaft)
+    return real_modes(source.stage(part) if part else source.whole)
 
 
 def _axis(bench: Bench, band: PaperBand, shaft: float) -> Axis:
@@ -170,9 +169,9 @@ def _frf(
     lines = bench.axis(band, shaft).frequency
     if route == RouteName.FBS:
         return couple_points(bench.exudyn(shaft), lines, bench.points, loss_factor)
-    source = EQUATIONS if route == RouteName.EQUATIONS else exudyn_source()
-    model = bench.model(source, shaft)
-    system = model.stages[part] if part else model.whole
+    case = bench.with_shaft(shaft)
+    source = case.equations if route == RouteName.EQUATIONS else case.exudyn
+    system = source.stage(part) if part else source.whole
     damped = with_loss_factor(system, loss_factor)
     return direct_frf(damped, lines, excitations=points_of(system, bench.points))
 
@@ -188,15 +187,15 @@ def points_of(system: SecondOrderSystem, points: Sequence[str]) -> tuple[str, ..
 
 
 def couple_points(
-    model: Model, lines: FloatArray, points: Sequence[str], loss_factor: float = 0.0
+    source: Source, lines: FloatArray, points: Sequence[str], loss_factor: float = 0.0
 ) -> Frf:
     """The stages' FRFs at the points (the hub among them), coupled."""
     stages = {}
-    for name, system in model.stages.items():
+    for name, system in source.stages.items():
         labels = points_of(system, points)
         damped = with_loss_factor(system, loss_factor)
         stages[name] = direct_frf(damped, lines, labels, labels)
-    return couple(stages, model.joints).frf
+    return couple(stages, source.joints).frf
 
 
 def curve(name: str, route: str, frf: Frf, response: str, excitation: str) -> Curve:

@@ -9,6 +9,7 @@ from mbs_models.model.model_file import load
 from mbs_models.model.parameters import Coupling, Drivetrain, ParallelStage, PlanetaryStage
 
 from ..errors import CommandError
+from ..routes.source import Source, equations_source, exudyn_source
 from .item import DofName
 
 PAPER, TABLE_2 = "Lin & Parker (1999)", "Table 2 as printed"
@@ -82,8 +83,25 @@ class PaperCase:
         """k_sw (N/m)."""
         return float(self.coupling.second_stiffness)
 
+    @cached_property
+    def exudyn(self) -> Source:
+        """exudyn's systems."""
+        return exudyn_source(self.drivetrain)
+
+    @cached_property
+    def equations(self) -> Source:
+        """The equations' systems."""
+        return equations_source(self.drivetrain)
+
+    @cached_property
+    def uncoupled(self) -> Source:
+        """exudyn's systems of the subsystems without the hub."""
+        return exudyn_source(self.drivetrain.model_copy(update={"couplings": ()}))
+
     def with_shaft(self, stiffness: float) -> PaperCase:
-        """The same with another k_sw (N/m)."""
+        """The same with another k_sw (N/m); itself where that is its own."""
+        if stiffness == self.shaft_stiffness:
+            return self
         return self._with_coupling(second_stiffness=stiffness)
 
     def with_wheel_spring(self, stiffness: float) -> PaperCase:

@@ -13,13 +13,13 @@ from ..arrays import FloatArray
 from ..checks.frfs import FRF_TOLERANCE
 from ..checks.metrics import scaled_error
 from ..routes import equations
-from ..routes.routes import exudyn_source
+from ..routes.source import exudyn_source
 from . import printed
 from .bench import ZERO, Bench
 from .case import PaperCase
 from .item import Finding, Verdict, statement
 from .printed_values import PROBE_HZ
-from .shaft import SplitAtShaft
+from .shaft import split_at_shaft
 
 PRINTED_DOFS = (9, 22)
 """Of subsystems A and B, Sec. 2.1."""
@@ -65,7 +65,7 @@ def ring_mesh(bench: Bench) -> Finding:
         )
     }
     bare = case.drivetrain.model_copy(update={"couplings": ()})
-    exact = natural_frequencies(exudyn_source().stage(bare, stage.name))
+    exact = natural_frequencies(case.uncoupled.stage(stage.name))
     shift, own, misprinted = largest_shift(
         exact, natural_frequencies(_with_ring_mesh(case, printed.ring_deflection))
     )
@@ -186,7 +186,7 @@ def wheel_and_hub(bench: Bench) -> Finding:
     case = bench.case
     rows = len(printed.bearing_matrix_a(case.parallel))
     dofs = len(case.internal_a) + 1
-    loose = exudyn_source().whole(case.with_wheel_spring(0.0).drivetrain)
+    loose = case.with_wheel_spring(0.0).exudyn.whole
     free = real_modes(loose)
     frf = direct_frf(loose, PROBE_HZ, case.internal_b, case.internal_a)
     passed = float(np.max(np.abs(frf.values)))
@@ -238,7 +238,7 @@ def _mesh_shift(case: PaperCase, helix_angle: float) -> tuple[float, float, floa
         for s in lumped.springs
     )
     misprinted = equations.assemble(equations.Lumped(lumped.inertias, springs), bare.damping)
-    exact = exudyn_source().stage(bare, stage.name)
+    exact = exudyn_source(bare).stage(stage.name)
     return largest_shift(natural_frequencies(exact), natural_frequencies(misprinted))
 
 
@@ -280,7 +280,7 @@ def coupling_sign(bench: Bench) -> Finding:
 def flexible_kernel(bench: Bench) -> Finding:
     """Is the kernel inverted?"""
     case = bench.case
-    split = SplitAtShaft(case)
+    split = bench.once(split_at_shaft)
     frfs = split.frfs(PROBE_HZ)
     a, b = frfs.values()
     values, labels = printed.flexibly_coupled_receptance(

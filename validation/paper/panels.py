@@ -8,12 +8,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..report import frf_panel as panel
+from ..report.plots import Dash
 from ..report.style import INK, KIND_COLORS, MUTED, ROUTE_COLORS, WIDTH
 from .item import Item, Picture
 
 HALF = 6.0  # inches; two pictures side by side
 DECADES = 8  # of the differences, below the largest one
-DASHES: tuple[panel.Dash, ...] = (
+DASHES: tuple[Dash, ...] = (
     "solid",
     (0.0, (5.0, 2.0)),
     (0.0, (1.2, 1.4)),

@@ -12,7 +12,6 @@ from mbs_models.model.model_file import load
 from ..arrays import FloatArray
 from ..checks.published import PUBLISHED
 from ..routes import equations
-from ..routes.routes import exudyn_source
 from .bench import Bench
 from .figures import NARROW, Drawing
 from .formulas import natural_frequencies
@@ -138,8 +137,7 @@ def hub_unit(bench: Bench) -> Finding:
 def kahraman(bench: Bench) -> Finding:
     """What can be told of a comparison whose figures are not printed?"""
     case = bench.case
-    bare = case.drivetrain.model_copy(update={"couplings": ()})
-    eight = exudyn_source().stage(bare, case.a)
+    eight = case.uncoupled.stage(case.a)
     across = [gear.support.stiffness[0][0] for gear in (case.parallel.pinion, case.parallel.wheel)]
     masses = [case.parallel.pinion.mass, case.parallel.wheel.mass]
     own = natural_frequencies(eight)

@@ -72,7 +72,7 @@ def mode_kinds(bench: Bench, part: str, shaft: float | None = None) -> list[str]
     """The kind of every mode of the whole, or of one stage with its half hub."""
     case, modes = bench.case, bench.modes(part, shaft)
     if not part:
-        return _kinds_of_whole(case if shaft is None else case.with_shaft(shaft))
+        return _kinds_of_whole(bench.with_shaft(shaft))
     energy, mass = kinetic_energy(case, modes), _masses(case, modes)
     hub = modes.dofs.index(case.hub)
     kinds: list[str] = [Kind.RIGID_BODY] * modes.n_rigid
@@ -102,9 +102,7 @@ def _masses(case: PaperCase, modes: RealModes) -> FloatArray:
 
 
 def _kinds_of_whole(case: PaperCase) -> list[str]:
-    from mbs_models.modal.modes import drivetrain_modes  # exudyn takes its time to load
-
-    return [mode.kind for mode in drivetrain_modes(case.drivetrain).modes]
+    return [mode.kind for mode in case.exudyn.modes.modes]
 
 
 def _family(case: PaperCase, modes: RealModes, mode: int, root: FloatArray) -> str:

@@ -7,7 +7,8 @@ from collections.abc import Callable, Sequence
 from fbs import Frf, Joint, SecondOrderSystem, couple, direct_frf
 
 from ..arrays import FloatArray
-from ..routes.routes import exudyn_source
+from ..routes.source import exudyn_source
+from .bench import Bench
 from .case import PaperCase
 
 
@@ -15,15 +16,13 @@ class SplitAtShaft:
     """Subsystem A with the whole hub, subsystem B without, and k_sw as the joint between them."""
 
     def __init__(self, case: PaperCase) -> None:
-        source = exudyn_source()
         a, b = case.a, case.b
-        bare = case.drivetrain.model_copy(update={"couplings": ()})
         whole_hub = case.with_hub(2.0 * case.coupling.hub_mass).drivetrain
         ratio = case.coupling.radius / case.planetary.sun.base_radius
         sun, self.end = f"{b}.sun.w", f"{b}.sun.w at the hub"
-        stage = source.stage(bare, b)
+        stage = case.uncoupled.stage(b)
         self.stages = {
-            a: source.stage(whole_hub, a),
+            a: exudyn_source(whole_hub).stage(a),
             b: SecondOrderSystem(
                 stage.mass, stage.damping, stage.stiffness, stage.dofs, {self.end: (sun, ratio)}
             ),
@@ -48,3 +47,8 @@ class SplitAtShaft:
     def coupled(self, frfs: dict[str, Frf], stiffness: float) -> Frf:
         """FRFs with the joint k_sw between the subsystems."""
         return couple(frfs, [Joint(*self.ends, stiffness=stiffness)]).frf
+
+
+def split_at_shaft(bench: Bench) -> SplitAtShaft:
+    """The bench's drivetrain so split, for `Bench.once`."""
+    return SplitAtShaft(bench.case)

@@ -154,11 +154,7 @@ def _spectra(
     printed: Sequence[PrintedMode], cases: Mapping[str, PaperCase], listed_to_hz: float
 ) -> Spectra:
     """Every row beside the modes of each parameter set; missing modes up to a frequency."""
-    from mbs_models.modal.modes import drivetrain_modes  # exudyn takes its time to load
-
-    spectra = {
-        name: spectrum(drivetrain_modes(case.drivetrain).modes) for name, case in cases.items()
-    }
+    spectra = {name: spectrum(case.exudyn.modes.modes) for name, case in cases.items()}
     hits = {name: sum(_direct(p, lines) for p in printed) for name, lines in spectra.items()}
     best = max(hits, key=lambda name: hits[name])
     case, lines = cases[best], spectra[best]

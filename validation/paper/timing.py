@@ -20,7 +20,7 @@ from ..report.page import Block, Note, Table
 from .bench import Bench, PaperBand, axis
 from .item import Finding, Verdict, statement
 from .printed_values import TIME_SAVED
-from .shaft import SplitAtShaft
+from .shaft import split_at_shaft
 
 BAND = PaperBand(4000.0, 4.0)
 RUNS = 5
@@ -66,7 +66,7 @@ def timing_study(bench: Bench) -> TimingStudy:
     """Time every reading in one run."""
     model = bench.exudyn()
     lines = axis(BAND, bench.modes().natural_frequencies).frequency
-    split = SplitAtShaft(bench.case)
+    split = bench.once(split_at_shaft)
     n = len(model.whole.dofs)
     sun = bench.case.label("B.sun.w")
     wholes = [bench.exudyn(k).whole for k in SWEEP]

@@ -12,30 +12,21 @@ from math import ceil, floor, log10
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, MaxNLocator
 from numpy.typing import NDArray
 
 from ..arrays import FloatArray, IndexArray
 from .curves import extremes, largest
+from .plots import INCH, Axes, Dash, LegendEntry, legend, plot_svg, text
 from .style import (
-    INK,
     LOWEST_ERROR,
     MUTED,
     REFERENCE_COLOR,
     VERMILLION,
     WIDTH,
-    frequency_axis,
+    Canvas,
     is_logarithmic,
-    log_axis,
     route_colors,
-    styled,
-    svg,
 )
-
-Dash = str | tuple[float, tuple[float, ...]]
 
 COLUMNS_PER_INCH = 100  # of a panel: what a page at its full width can show
 DASH = 5.0  # points: coincident curves take turns, each a dash of this length
@@ -223,79 +214,69 @@ def frf_figure(panel: FrfPanel, name: str, alternative: str) -> str:
     alternative
         What it shows, for those who cannot see it.
     """
-    with styled():
-        return svg(draw_panel(panel), name, alternative)
-
-
-def draw_panel(panel: FrfPanel) -> Figure:
-    """A panel as a figure; to be called inside `style.styled`."""
     rows = list(dict.fromkeys(mode.row for mode in panel.modes))
     heights = [ROW * len(rows)] if rows else []
     heights += [MAGNITUDE, *([PHASE] if panel.phase else [])]
     heights += [DIFFERENCE] * len(panel.differences)
-    handles = _handles(panel)
     left = max(LEFT, 0.16 + 0.056 * max(map(len, rows), default=0))
-    columns = _legend_columns(handles, panel.width - left)
-    legend = LEGEND * ceil(len(handles) / columns) + 0.1 if handles else 0.1
-    above = legend + (TITLE if panel.title else 0.0) + MARGIN
-    height = above + sum(heights) + 0.1 * (len(heights) - 1) + AXIS
-    figure = Figure(figsize=(panel.width, height))
-    grid = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights, squeeze=False)
-    figure.subplots_adjust(
-        left=left / panel.width,
-        right=1.0 - RIGHT / panel.width,
-        top=1.0 - above / height,
-        bottom=AXIS / height,
-        hspace=0.1 * len(heights) / sum(heights),
-    )
-    panels = list(grid[:, 0])
-    thin = int(COLUMNS_PER_INCH * (panel.width - left - RIGHT))
+    entries = _entries(panel)
+    columns = _legend_columns(entries, panel.width - left)
+    above = LEGEND * ceil(len(entries) / columns) + 0.1 if entries else 0.1
+    above += (TITLE if panel.title else 0.0) + MARGIN
+    width = INCH * (panel.width - left - RIGHT)
+    first, last = float(panel.frequency[0]), float(panel.frequency[-1])
+    frames, top = [], INCH * above
+    for height in heights:
+        box = (INCH * left, top, width, INCH * height)
+        reach = (0.0 if panel.from_zero else first, last)
+        frames.append(Axes(box, reach, panel.logarithmic, labelled=False))
+        top += INCH * (height + 0.1)
+    frames[-1].labelled = True
+    thin = int(COLUMNS_PER_INCH * width / INCH)
+    remaining = list(frames)
+    words = []
     if rows:
-        draw_modes(panels.pop(0), panel.modes, rows)
-    magnitude = panels.pop(0)
+        words.append(_draw_modes(remaining.pop(0), panel.modes, rows))
+    magnitude = remaining.pop(0)
     draw_magnitude(magnitude, panel, thin)
-    if panel.through:
-        for mode in panel.modes:
-            if mode.visible:
-                line = {"color": mode.color, "linewidth": 0.6, "alpha": 0.45, "zorder": 0.5}
-                magnitude.axvline(mode.frequency_hz, **line)
+    for mode in panel.modes if panel.through else ():
+        if mode.visible:
+            magnitude.through(mode.frequency_hz, mode.color, 0.6)
     if panel.phase:
-        _draw_phase(panels.pop(0), panel, thin)
-    for axes, difference in zip(panels, panel.differences, strict=True):
+        _draw_phase(remaining.pop(0), panel, thin)
+    for axes, difference in zip(remaining, panel.differences, strict=True):
         _draw_difference(axes, panel, difference, thin // 2)
-    for axes in grid[:-1, 0]:
-        axes.tick_params(axis="x", which="both", labelbottom=False)
-    _frequency_axis(grid[-1, 0], panel)
+    start, over = INCH * (left - 0.06), INCH * MARGIN
     if panel.title:
-        figure.text(
-            (left - 0.06) / panel.width, 1.0 - MARGIN / height, panel.title, va="top", fontsize=9.0,
-            fontweight="bold",
-        )  # fmt: skip
-    figure.legend(
-        handles=handles, loc="upper left", ncols=columns, handlelength=3.2, columnspacing=1.4,
-        labelspacing=0.25, borderaxespad=0.0, borderpad=0.1,
-        bbox_to_anchor=((left - 0.06) / panel.width, 1.0 - (above - legend) / height),
-    )  # fmt: skip
-    return figure
+        words.append(text(start, over + 8.0, panel.title, size=9.0, bold=True))
+        over += INCH * TITLE
+    each = INCH * (panel.width - left) / columns if entries else 0.0
+    longest = max((len(entry.name) for entry in entries), default=0)
+    words.append(legend(entries, start, over, columns, min(each, 45.0 + 4.9 * longest)))
+    size = INCH * panel.width, top + INCH * (AXIS - 0.1)
+    return plot_svg(size, frames, name, alternative, *words)
 
 
-def draw_modes(axes: Axes, modes: Sequence[Mode], rows: Sequence[str]) -> None:
-    """A row of ticks for each name."""
+def _draw_modes(axes: Axes, modes: Sequence[Mode], rows: Sequence[str]) -> str:
+    """A row of ticks for each name, and the names."""
+    axes.frame, axes.y = False, (0.0, 1.0)
     kinds: dict[tuple[str, str, bool], list[float]] = {}
     for mode in modes:
         kinds.setdefault((mode.row, mode.color, mode.visible), []).append(mode.frequency_hz)
     for (row, color, visible), frequencies in kinds.items():
         half, width = (0.4, 1.8) if visible else (0.16, 0.9)
-        at = rows.index(row)
-        axes.vlines(frequencies, at - half, at + half, color=color, linewidth=width)
-    axes.set_ylim(len(rows) - 0.4, -0.6)
-    axes.set_yticks(range(len(rows)), list(rows), fontsize=7.0)
-    axes.tick_params(length=0.0, which="both")
-    axes.spines[["left", "bottom"]].set_visible(False)
-    axes.grid(visible=False, axis="x")
+        at = rows.index(row) + 0.5
+        reach = (at - half) / len(rows), (at + half) / len(rows)
+        axes.ticks(np.array(frequencies), reach, color, width)
+    left, top, _, height = axes.box
+    step = height / len(rows)
+    return "".join(
+        text(left - 5.0, top + (number + 0.5) * step + 2.5, row, anchor="end", size=7.0)
+        for number, row in enumerate(rows)
+    )
 
 
-def draw_magnitude(axes: Axes, panel: FrfPanel, columns: int) -> None:
+def draw_magnitude(axes: Canvas, panel: FrfPanel, columns: int) -> None:
     """The curves' levels (dB), over the bands."""
     for band in panel.bands:
         starts = _evenly(panel.positions(panel.frequency), columns)
@@ -309,12 +290,10 @@ def draw_magnitude(axes: Axes, panel: FrfPanel, columns: int) -> None:
         level = decibels(curve.values)
         at = extremes(panel.positions(frequency), level, columns)
         _plot(axes, frequency[at], level[at], curve)
-    axes.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}".replace("-", "−")))
     axes.set_ylabel(f"|H| (dB re 1 {panel.unit})")
 
 
-def _plot(axes: Axes, x: FloatArray, y: FloatArray, curve: Curve) -> None:
+def _plot(axes: Canvas, x: FloatArray, y: FloatArray, curve: Curve) -> None:
     axes.plot(
         x, y, color=curve.color, linewidth=curve.width, linestyle=curve.dash if curve.width else "",
         marker=curve.marker, markersize=curve.size, dash_capstyle="butt", label=curve.name,
@@ -338,8 +317,8 @@ def _draw_phase(axes: Axes, panel: FrfPanel, columns: int) -> None:
         jumps = np.flatnonzero(np.abs(np.diff(phase)) > 180.0) + 1  # all the way round: no line
         at = np.insert(frequency, jumps, frequency[jumps])
         _plot(axes, at, np.insert(phase, jumps, np.nan), curve)
-    axes.set_ylim(-280.0, 100.0)
-    axes.set_yticks([-270.0, -180.0, -90.0, 0.0, 90.0])
+    axes.y = (-280.0, 100.0)
+    axes.y_ticks = [(-270.0, "−270"), (-180.0, "−180"), (-90.0, "−90"), (0.0, "0"), (90.0, "90")]
     axes.set_ylabel("Phase (°)")
 
 
@@ -352,14 +331,14 @@ def _draw_difference(axes: Axes, panel: FrfPanel, shown: Difference, columns: in
     if shown.logarithmic:
         _draw_decades(axes, panel, shown, columns)
     else:
-        axes.axhline(0.0, color=MUTED, lw=0.7)
+        axes.across(0.0, MUTED, 0.7)
         most = LEAST_RANGE_DB
         for curve in shown.curves:
             frequency = panel.frequency if curve.frequency is None else curve.frequency
             at = extremes(panel.positions(frequency), curve.values, columns)
             _plot(axes, frequency[at], curve.values[at], curve)
             most = max(most, 1.1 * float(np.abs(curve.values[at]).max(initial=0.0)))
-        axes.set_ylim(-most, most)
+        axes.y = (-most, most)
     axes.set_ylabel(shown.label)
 
 
@@ -370,15 +349,13 @@ def _draw_decades(axes: Axes, panel: FrfPanel, shown: Difference, columns: int) 
         at = largest(positions, curve.values, columns)
         _plot(axes, panel.frequency[at], np.maximum(curve.values[at], 10.0**lowest), curve)
     if not any((curve.values > 0.0).any() for curve in shown.curves):
-        axes.text(
-            0.5, 0.5, "no difference at any line", color=INK, ha="center", transform=axes.transAxes
-        )
+        axes.note("no difference at any line")
     if shown.allowed is not None:
         # The smallest of each column: what lies above the line is beyond what is allowed there.
         limit = np.broadcast_to(shown.allowed, panel.frequency.shape)
         at = largest(positions, -limit, columns)
         axes.plot(panel.frequency[at], limit[at], color=VERMILLION, lw=1.0, ls="--")
-    log_axis(axes, lowest, highest, most=4)
+    axes.decades(lowest, highest, most=4)
 
 
 def difference_decades(shown: Difference) -> tuple[int, int]:
@@ -394,30 +371,25 @@ def difference_decades(shown: Difference) -> tuple[int, int]:
     return min(max(lowest, highest - shown.decades, LOWEST_ERROR), highest - 2), highest
 
 
-def _frequency_axis(axes: Axes, panel: FrfPanel) -> None:
-    first, last = float(panel.frequency[0]), float(panel.frequency[-1])
-    frequency_axis(axes, 0.0 if panel.from_zero else first, last)
-
-
-def _handles(panel: FrfPanel) -> list[Line2D]:
+def _entries(panel: FrfPanel) -> list[LegendEntry]:
     """Legend entries: every name once."""
     differences = panel.differences
     curves = (*panel.curves, *(curve for each in differences for curve in each.curves))
     named: dict[str, Curve] = {}
     for curve in curves:
         named.setdefault(curve.name, curve)
-    handles = [
-        Line2D(
-            [], [], color=curve.color, lw=max(curve.width, 1.6) if curve.width else 0.0,
-            marker=curve.marker, ms=curve.size, label=name,
-            ls="solid" if curve.dash == "solid" or _takes_turns(curve.dash) else curve.dash,
+    entries = [
+        LegendEntry(
+            name, curve.color, max(curve.width, 1.6) if curve.width else 0.0,
+            "solid" if _takes_turns(curve.dash) else curve.dash, curve.marker, curve.size,
         )
         for name, curve in named.items()
         if name
     ]  # fmt: skip
+    entries += [LegendEntry(band.name, band.color, 6.0) for band in panel.bands if band.name]
     if any(each.allowed is not None for each in differences):
-        handles.append(Line2D([], [], color=VERMILLION, lw=1.0, ls="--", label="allowed"))
-    return handles
+        entries.append(LegendEntry("allowed", VERMILLION, 1.0, "--"))
+    return entries
 
 
 def _takes_turns(dash: Dash) -> bool:
@@ -425,7 +397,7 @@ def _takes_turns(dash: Dash) -> bool:
     return not isinstance(dash, str) and dash[1][0] == DASH
 
 
-def _legend_columns(handles: Sequence[Line2D], width: float) -> int:
+def _legend_columns(entries: Sequence[LegendEntry], width: float) -> int:
     """As many columns as the longest entry leaves room for."""
-    longest = max((len(str(handle.get_label())) for handle in handles), default=1)
-    return max(1, min(len(handles), int(width / (0.066 * longest + 0.62))))
+    longest = max((len(entry.name) for entry in entries), default=1)
+    return max(1, min(len(entries), int(width / (0.066 * longest + 0.62))))

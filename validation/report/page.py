@@ -111,6 +111,16 @@ class Fragment:
 
 
 @dataclass(frozen=True)
+class Folded:
+    """Blocks under a summary, folded away or open."""
+
+    kind: ClassVar[str] = "folded"
+    summary: str
+    blocks: tuple[Block, ...]
+    is_open: bool = False
+
+
+@dataclass(frozen=True)
 class Columns:
     """Sections beside each other."""
 
@@ -163,6 +173,7 @@ Block = (
     | Verdicts
     | Preformatted
     | Fragment
+    | Folded
     | Columns
     | Section
 )

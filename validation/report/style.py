@@ -9,13 +9,14 @@ from html import escape
 from io import StringIO
 from itertools import count, cycle, islice
 from math import ceil, floor, log10
-from typing import Any
+from typing import Any, Protocol
 
 import matplotlib.style
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
+from matplotlib.markers import TICKDOWN
+from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullLocator
 from numpy.typing import NDArray
 
 from mbs_models.modal.mode_kinds import Kind
@@ -57,6 +58,7 @@ STYLE: Mapping[str, Any] = {
     "axes.titlesize": 9.0,
     "axes.titleweight": "bold",
     "axes.titlelocation": "left",
+    "axes.titley": 1.0,  # else every label is measured to place a title above it
     "axes.labelsize": 8.5,
     "axes.edgecolor": MUTED,
     "axes.labelcolor": INK,
@@ -80,6 +82,19 @@ STYLE: Mapping[str, Any] = {
     "figure.facecolor": "none",
     "axes.facecolor": "none",
 }
+
+
+class Canvas(Protocol):
+    """What curves are drawn on: matplotlib's axes, or `plots.Axes`."""
+
+    def plot(self, *args: Any, **kwargs: Any) -> Any:
+        """A line through points."""
+
+    def fill_between(self, *args: Any, **kwargs: Any) -> Any:
+        """An area between two lines."""
+
+    def set_ylabel(self, *args: Any, **kwargs: Any) -> Any:
+        """The name of the vertical axis."""
 
 
 def styled() -> AbstractContextManager[None]:
@@ -135,11 +150,16 @@ def power_of_ten(exponent: int) -> str:
     return "10" + str(exponent).translate(SUPERSCRIPTS)
 
 
-def log_axis(axes: Axes, lowest: int, highest: int, most: int = 7) -> None:
-    """A logarithmic y axis over whole decades, with at most ``most`` of them labelled."""
+def decade_labels(lowest: int, highest: int, most: int) -> dict[float, str]:
+    """The decades that are labelled, at most so many of them."""
     step = next(s for s in count(1) if (highest - lowest) / s <= most)
     exponents = range(highest - (highest - lowest) // step * step, highest + 1, step)
-    labels = {10.0**e: power_of_ten(e) for e in exponents}
+    return {10.0**e: power_of_ten(e) for e in exponents}
+
+
+def log_axis(axes: Axes, lowest: int, highest: int, most: int = 7) -> None:
+    """A logarithmic y axis over whole decades, with at most ``most`` of them labelled."""
+    labels = decade_labels(lowest, highest, most)
     axes.set_yscale("log")
     axes.set_ylim(10.0**lowest, 10.0**highest)
     axes.yaxis.set_major_locator(FixedLocator(list(labels)))
@@ -147,11 +167,17 @@ def log_axis(axes: Axes, lowest: int, highest: int, most: int = 7) -> None:
     axes.yaxis.set_minor_locator(FixedLocator([]))
 
 
+def level_axis(axes: Axes) -> None:
+    """A vertical axis of dB."""
+    axes.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}".replace("-", "−")))
+
+
 def frequency_axis(axes: Axes, first: float, last: float, *, label: bool = True) -> None:
     """The frequency axis: logarithmic where the band spans more than a decade."""
     if is_logarithmic(first, last):
         axes.set_xscale("log")
-        axes.xaxis.set_minor_formatter(NullFormatter())
+        _mark_digits(axes, first, last)
     axes.xaxis.set_major_formatter(
         FuncFormatter(lambda value, _: f"{value:,.6g}".replace(",", " "))
     )
@@ -159,6 +185,20 @@ def frequency_axis(axes: Axes, first: float, last: float, *, label: bool = True)
         axes.set_xlim(first, last)
     if label:
         axes.set_xlabel("Frequency (Hz)")
+
+
+def _mark_digits(axes: Axes, first: float, last: float) -> None:
+    """The marks of 2, 3, … 9 in each decade, as one line: a tick each would take most of the time
+    that a page is drawn in.
+    """
+    axes.xaxis.set_minor_locator(NullLocator())
+    decades = 10.0 ** np.arange(floor(log10(first)), ceil(log10(last)))
+    digits = np.outer(decades, np.arange(2, 10)).ravel()
+    shown = digits[(digits >= first) & (digits <= last)]
+    axes.plot(
+        shown, np.zeros(len(shown)), transform=axes.get_xaxis_transform(), clip_on=False, lw=0.0,
+        marker=TICKDOWN, ms=2.0, mew=0.6, mec=MUTED,
+    )  # fmt: skip
 
 
 def is_logarithmic(first: float, last: float) -> bool:
@@ -180,7 +220,7 @@ def decades(errors: Sequence[FloatArray], least: float = 1e-12) -> tuple[int, in
 
 
 def envelope(
-    axes: Axes, frequency: FloatArray, values: FloatArray, lowest: float, **style: Any
+    axes: Canvas, frequency: FloatArray, values: FloatArray, lowest: float, **style: Any
 ) -> None:
     """Draw the largest value of each column."""
     at = largest(along_axis(frequency), values, ERROR_COLUMNS)

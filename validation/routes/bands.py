@@ -5,15 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-import numpy as np
-from numpy.typing import NDArray
-
 from fbs import frequency_axis
-from fbs.frf import axis_ends
+from fbs.axes import axis_ends
 
+from ..arrays import FloatArray
 from ..errors import require_frequencies
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -1,14 +1,12 @@
-"""Which lines of FRFs from a run in time are judged: not those that round-off may have made."""
+"""Which lines of FRFs from a run in time can be compared: not what round-off may have made."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
+from ..arrays import BoolArray, FloatArray
 
 # Lines this far below a response's own peak are antiresonances and decayed tails, where the same
 # absolute error is any number of dB.
@@ -16,7 +14,7 @@ DYNAMIC_RANGE_DB = 80.0
 # What differs by round-off alone does so in accelerations as much at one line as at the next: the
 # largest of so many lines is what any of them may have. A tenth of 0.1 dB.
 NEIGHBOURS, KNOWN_TO = 21, 1e-3
-HALF = 0.5  # of an FRF's lines: where fewer are judged, the verdict is not on the band
+HALF = 0.5  # of an FRF's lines: where fewer are comparable, the verdict is not on the band
 NAMED = 3
 
 
@@ -42,7 +40,7 @@ def known(frequency: FloatArray, size: FloatArray, unknown: FloatArray) -> BoolA
     return np.asarray(floor <= KNOWN_TO * size)
 
 
-def judged(names: Sequence[str], frequency: FloatArray, compared: BoolArray) -> str:
+def describe(names: Sequence[str], frequency: FloatArray, compared: BoolArray) -> str:
     """On how many lines a verdict rests, and of which FRFs it leaves out more than half.
 
     Parameters
@@ -52,23 +50,23 @@ def judged(names: Sequence[str], frequency: FloatArray, compared: BoolArray) -> 
     frequency
         (n_line,) Hz.
     compared
-        (n_line, n_frf) which lines are judged.
+        (n_line, n_frf) which lines are comparable.
     """
-    told = f"judged on {int(compared.sum())} of {compared.size} lines ({percent(compared)})"
+    summary = f"judged on {int(compared.sum())} of {compared.size} lines ({percent(compared)})"
     if compared.all():
         return "judged on all lines"
     # What moves most rises most towards 0 Hz, so that 80 dB below its peak is soon reached.
     by_share = np.argsort(compared.mean(axis=0), kind="stable")
     few = [int(n) for n in by_share if compared[:, n].mean() < HALF]
     if not few:
-        return told
+        return summary
     places = [_place(names[n], frequency, compared[:, n]) for n in few[:NAMED]]
     more = f" and {len(few) - NAMED} more" if len(few) > NAMED else ""
-    return f"{told}; on less than half of the band at {'; '.join(places)}{more}"
+    return f"{summary}; on less than half of the band at {'; '.join(places)}{more}"
 
 
 def percent(compared: BoolArray) -> str:
-    """The share of lines that is judged; 100 % only where all are."""
+    """The share of lines that are comparable; 100 % only where all are."""
     if compared.all():
         return "100 %"
     share = 100.0 * float(compared.mean())

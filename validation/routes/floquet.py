@@ -19,13 +19,13 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fbs import SecondOrderSystem
 from fbs.periodic.periodic_springs import SAME_PERIOD
 from mbs_models.contact.mesh_excitation import MeshLaw
 from mbs_models.model.parameters import Drivetrain
 
+from ..arrays import ComplexArray, FloatArray
 from ..errors import CommandError
 from .equations import (
     Deflection,
@@ -33,9 +33,6 @@ from .equations import (
     drivetrain_system,
     rigid_body_motions,
 )
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 # Of the stiffest motion. Magnus' fourth-order step is exact where nothing varies; this leaves 1e-7
 # in the multipliers of a stage whose meshes vary by 60 %.

@@ -8,15 +8,15 @@ from mbs_models.model.parameters import Drivetrain
 
 from ..errors import CommandError
 from .bands import Band
-from .routes import EQUATIONS, known_part
+from .routes import has_loops, known_part
+from .source import equations_source
 
 MOST_BYTES = 2e9  # a sweep's results have the same limit
 COMPLEX = 16  # bytes
 
-# `run` keeps every curve of its report by every route, of each value the complex number, three
-# numbers for results.json as Python has them, in two lists, and as text (267 to 345 bytes measured
-# on 24 000 to 6000 lines, all else that grows with the band included).
-BYTES_PER_CURVE_VALUE = 350
+# `run` keeps every curve of its report by every route: the complex number of each value, once more
+# on its way to results.npz, and what grows with the lines beside them (42 bytes measured).
+BYTES_PER_CURVE_VALUE = 60
 ROUTES = 6
 
 # `frf` holds the matrix and the one it is made from (coupled and selected, or converted);
@@ -84,12 +84,12 @@ def frf_count(
     CommandError
         There is no such stage.
     """
+    source = equations_source(drivetrain)
     if stage is None:
-        n_dofs = len(EQUATIONS.whole(drivetrain).labels)
+        n_dofs = len(source.whole.labels)
     else:
-        n_dofs = len(EQUATIONS.stage(drivetrain, known_part(drivetrain, stage, "--stage")).labels)
-    loops = len(drivetrain.couplings) > len(drivetrain.parts) - len(drivetrain.groups())
-    if route == "fbs" and (responses is None or excitations is None or loops):
+        n_dofs = len(source.stage(known_part(drivetrain, stage, "--stage")).labels)
+    if route == "fbs" and (responses is None or excitations is None or has_loops(drivetrain)):
         return n_dofs**2  # the stages are coupled with all they have
     return _number(responses, n_dofs) * _number(excitations, n_dofs)
 

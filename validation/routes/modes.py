@@ -1,11 +1,11 @@
-"""Modes of the equations route: fbs solves, the energy shares name the kinds."""
+"""Modes of a source's matrices: fbs solves, the energy shares name the kinds."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fbs import RealModes, SecondOrderSystem, poles, real_modes
 from fbs.damped_modes import is_proportional, modal_damping
@@ -21,9 +21,7 @@ from mbs_models.modal.mode_kinds import (
 )
 from mbs_models.model.parameters import Drivetrain
 
-from . import equations
-
-FloatArray = NDArray[np.float64]
+from ..arrays import FloatArray
 
 PRINTED = 0.005  # Hz: half of the last digit that frequencies are printed to
 LISTED = 3  # modes a warning names
@@ -33,15 +31,22 @@ ADVICE = (
 )
 
 
-def equation_modes(drivetrain: Drivetrain) -> Modes:
-    """Natural frequencies, damping ratios and kinds of modes from the paper's matrices."""
-    system = equations.drivetrain_system(drivetrain)
+def matrix_modes(
+    drivetrain: Drivetrain, system: SecondOrderSystem, alone: Mapping[str, SecondOrderSystem]
+) -> Modes:
+    """Natural frequencies, damping ratios and kinds of modes from matrices.
+
+    Parameters
+    ----------
+    drivetrain
+        Whose they are.
+    system
+        The whole's.
+    alone
+        Each part's, its couplings taken off: they tell where a mode's strain energy is.
+    """
     modes = real_modes(system)
-    bare = drivetrain.model_copy(update={"couplings": ()})
-    stiffness = {}
-    for part in bare.parts:
-        alone = equations.stage_system(bare, part.name)
-        stiffness[part.name] = StageStiffness(alone.dofs, alone.stiffness)
+    stiffness = {name: StageStiffness(own.dofs, own.stiffness) for name, own in alone.items()}
     positions, factors = system.locate()
     kinds, shapes = classify(
         drivetrain,
@@ -70,14 +75,14 @@ def round_off_warnings(found: Modes) -> tuple[str, ...]:
     ]
     if not unknown:
         return ()
-    told = []
+    listed = []
     for number, mode in unknown:
         frequency, error = known_to(mode)
-        told.append(f"mode {number}: {frequency}{f' ± {error}' if error else ''} Hz")
-    more = f" and {len(told) - LISTED} more" if len(told) > LISTED else ""
+        listed.append(f"mode {number}: {frequency}{f' ± {error}' if error else ''} Hz")
+    more = f" and {len(listed) - LISTED} more" if len(listed) > LISTED else ""
     return (
         f"exudyn's eigensolution knows its frequencies to the round-off of the largest, "
-        f"{found.modes[-1].frequency_hz:.3g} Hz: {', '.join(told[:LISTED])}{more}; {ADVICE}",
+        f"{found.modes[-1].frequency_hz:.3g} Hz: {', '.join(listed[:LISTED])}{more}; {ADVICE}",
     )
 
 

@@ -1,15 +1,24 @@
-"""The adapter: exudyn's linearised systems as fbs objects."""
+"""The adapter: exudyn's systems as a source of fbs objects."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fbs import Frf, SecondOrderSystem
+from mbs_models.modal.mode_kinds import Modes
+from mbs_models.modal.modes import system_modes
 from mbs_models.model.parameters import Drivetrain
-from mbs_models.system.drivetrain import build_drivetrain, build_stage
+from mbs_models.system.components import Components
+from mbs_models.system.drivetrain import MultibodySystem, build_drivetrain, build_stage
 from mbs_models.system.harmonic_response import harmonic_response
 from mbs_models.system.linearization import LinearizedSystem, linearize
+from mbs_models.system.read_back import components
+
+from .source import Source
 
 
 def drivetrain_system(drivetrain: Drivetrain) -> SecondOrderSystem:
@@ -35,3 +44,36 @@ def frf(system: SecondOrderSystem, frequency: NDArray[np.float64]) -> Frf:
         system.mass, system.damping, system.stiffness, system.dofs, system.derived
     )
     return Frf(frequency, harmonic_response(linear, frequency), system.labels, system.labels)
+
+
+@dataclass(frozen=True, eq=False, init=False)
+class ExudynSource(Source):
+    """The built exudyn system, which serves matrices, modes, components and runs in time."""
+
+    def __init__(self, drivetrain: Drivetrain) -> None:
+        super().__init__("exudyn", drivetrain, drivetrain_system, stage_system, frf)
+
+    @cached_property
+    def system(self) -> MultibodySystem:
+        """The whole drivetrain in exudyn."""
+        return build_drivetrain(self.drivetrain)
+
+    @cached_property
+    def linear(self) -> LinearizedSystem:
+        """The same as exudyn linearises it."""
+        return linearize(self.system)
+
+    @cached_property
+    def whole(self) -> SecondOrderSystem:
+        """The whole drivetrain's matrices."""
+        return as_second_order(self.linear)
+
+    @cached_property
+    def components(self) -> Components:
+        """Bodies and springs, read back."""
+        return components(self.system)
+
+    @cached_property
+    def modes(self) -> Modes:
+        """exudyn's own eigensolution."""
+        return system_modes(self.drivetrain, self.system, self.linear, self.components)

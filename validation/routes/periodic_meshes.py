@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fbs.periodic.periodic_springs import PeriodicSpring
 from fbs.second_order_system import SecondOrderSystem
@@ -20,10 +19,8 @@ from mbs_models.system.components import SpringKind
 from mbs_models.system.drivetrain import build_drivetrain
 from mbs_models.system.read_back import components
 
+from ..arrays import ComplexArray, FloatArray
 from ..errors import CommandError
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 SERIES = 64  # harmonics of κ and e: a trapezoid's fall as 1/l², to 1e-4 of the first
 

@@ -2,29 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fbs import AxisMismatchError, Frf, direct_frf
-from fbs.frf import require_same_frequency
+from fbs import AxisMismatchError, FbsError, Frf, direct_frf
+from fbs.axes import require_same_frequency
+from fbs.measured.resampling import overlap, resample
 from mbs_models.model.parameters import Drivetrain
 
+from ..arrays import FloatArray
 from ..errors import CommandError, require_frequencies
 from . import frf_input
-from .routes import EQUATIONS, coupling_joints, known_part
+from .frf_input import NOTHING_SAID, FileOptions
+from .routes import known_part
+from .source import Source, equations_source
 from .substitution_checks import implausible, square_labels
-
-FloatArray = NDArray[np.float64]
 
 SAME_STEP = 1e-9  # relative: the round-off of decimal input
 
 
 @dataclass(frozen=True, eq=False)
-class Replacement:
+class Substitution:
     """A part's FRFs from a file.
 
     Attributes
@@ -40,7 +41,9 @@ class Replacement:
     unknown
         The file's labels that the model does not have.
     warnings
-        What is odd about the file.
+        What is implausible about the file.
+    repeats
+        The runs whose mean ``frf`` is, on its lines; empty if there is one.
     """
 
     part: str
@@ -50,27 +53,31 @@ class Replacement:
     left_out: tuple[str, ...]
     unknown: tuple[str, ...]
     warnings: tuple[str, ...]
+    repeats: tuple[Frf, ...] = ()
 
 
-def read_replacements(
+def read_substitutions(
     drivetrain: Drivetrain,
     given: Sequence[str],
     fmin: float | None = None,
     fmax: float | None = None,
     df: float | None = None,
-) -> tuple[Replacement, ...]:
+    options: FileOptions = NOTHING_SAID,
+) -> tuple[Substitution, ...]:
     """Read the files of ``--replace PART=FILE``.
 
     Parameters
     ----------
     drivetrain
-        Whose parts are replaced.
+        Whose parts are substituted.
     given
         The options, one for each part.
     fmin, fmax
         Limits of the lines used (Hz; None: all of the file but 0 Hz).
     df
         A step that the lines must have (Hz; None: any).
+    options
+        What the user says of the files.
 
     Raises
     ------
@@ -79,7 +86,12 @@ def read_replacements(
     """
     require_frequencies(fmin=fmin, fmax=fmax, df=df)
     paths = _paths(drivetrain, given)
-    found = tuple(_replacement(drivetrain, part, path, fmin, fmax) for part, path in paths.items())
+    source = equations_source(drivetrain)
+    found = tuple(
+        _substitution(source, part, path, fmin, fmax, options) for part, path in paths.items()
+    )
+    if found and options.resample:
+        return _on_common_lines(found, fmin, fmax, df)
     for other in found[1:]:
         _refuse_other_axis(found[0], other)
     if found and df is not None:
@@ -87,10 +99,9 @@ def read_replacements(
     return found
 
 
-def interface_labels(drivetrain: Drivetrain, part: str) -> tuple[str, ...]:
+def interface_labels(source: Source, part: str) -> tuple[str, ...]:
     """Labels of the DoFs at which a part is coupled."""
-    joints = [joint for c in drivetrain.couplings for joint in coupling_joints(drivetrain, c)]
-    ends = [end for joint in joints for end in (joint.first, joint.second)]
+    ends = [end for joint in source.joints for end in (joint.first, joint.second)]
     return tuple(dict.fromkeys(label for owner, label in ends if owner == part))
 
 
@@ -112,58 +123,60 @@ def _paths(drivetrain: Drivetrain, given: Sequence[str]) -> dict[str, Path]:
     return paths
 
 
-def _replacement(
-    drivetrain: Drivetrain, part: str, path: Path, fmin: float | None, fmax: float | None
-) -> Replacement:
-    interface = interface_labels(drivetrain, part)
-    system = EQUATIONS.stage(drivetrain, part)
-    frf = frf_input.read(path)
-    _refuse_other_parts(drivetrain, part, path, frf)
+def _substitution(
+    source: Source,
+    part: str,
+    path: Path,
+    fmin: float | None,
+    fmax: float | None,
+    options: FileOptions,
+) -> Substitution:
+    interface = interface_labels(source, part)
+    system = source.stage(part)
+    contents = frf_input.contents(path, options)
+    labels = frf_input.labels(contents)
+    if options.channel_map is None:
+        _refuse_other_parts(source, part, path, labels)
+    radii = source.drivetrain.dof_radii()
+    measured = frf_input.measured(path, contents, system.labels, radii, options)
+    frf = measured.frf
     _refuse_missing_interface(part, path, frf, interface)
-    rows, columns = (
-        [label for label in labels if label in system.labels]
-        for labels in (frf.responses, frf.excitations)
-    )
-    if not (rows and columns):
-        raise CommandError(
-            f"{path}: none of its DoFs belong to '{part}'; it has {_listing(frf.responses)}, "
-            f"'{part}' has {_listing(system.labels)}"
-        )
-    unknown = dict.fromkeys(x for x in frf.responses + frf.excitations if x not in system.labels)
+    unknown = () if options.channel_map else tuple(x for x in labels if x not in system.labels)
     lines = _lines(path, frf.frequency, fmin, fmax)
     static = frf.frequency[0] == 0.0 and (fmin is None or fmin <= 0.0)
-    known = frf.select(rows, columns).band(lines[0], lines[-1]).to("receptance")
+    known = frf.band(lines[0], lines[-1]).to("receptance")
     own = direct_frf(system, known.frequency, interface, interface) if interface else known
-    odd = [*_notes(static, unknown), *implausible(known, own, interface)]
-    return Replacement(
+    notes = [*measured.notes, *_notes(static, unknown), *implausible(known, own, interface)]
+    return Substitution(
         part=part,
         path=path,
         frf=known,
         interface=interface,
         left_out=tuple(x for x in system.labels if x not in square_labels(known)),
-        unknown=tuple(unknown),
-        warnings=tuple(f"{path} ('{part}'): {words}" for words in odd),
+        unknown=unknown,
+        warnings=tuple(f"{path} ('{part}'): {words}" for words in notes),
+        repeats=tuple(one.band(lines[0], lines[-1]).to("receptance") for one in measured.repeats),
     )
 
 
-def _notes(static: bool, unknown: Mapping[str, None]) -> list[str]:
+def _notes(static: bool, unknown: Sequence[str]) -> list[str]:
     notes = []
     if static:
         notes.append("its line at 0 Hz is left out: what is free to move has no FRF there")
     if unknown:
-        notes.append(f"the model has no DoF {_listing(tuple(unknown))}: left out")
+        notes.append(f"the model has no DoF {_listing(unknown)}: left out")
     return notes
 
 
-def _refuse_other_parts(drivetrain: Drivetrain, part: str, path: Path, frf: Frf) -> None:
+def _refuse_other_parts(source: Source, part: str, path: Path, labels: Sequence[str]) -> None:
     """FRFs of the whole drivetrain are no part's."""
-    own = EQUATIONS.stage(drivetrain, part).labels
-    for other in drivetrain.parts:
-        theirs = EQUATIONS.stage(drivetrain, other.name).labels
-        strange = [x for x in frf.responses + frf.excitations if x in theirs and x not in own]
-        if other.name != part and strange:
+    own = source.stage(part).labels
+    for name, other in source.stages.items():
+        theirs = other.labels
+        strange = [x for x in labels if x in theirs and x not in own]
+        if name != part and strange:
             raise CommandError(
-                f"{path}: {strange[0]!r} belongs to '{other.name}', not to '{part}'; FRFs of "
+                f"{path}: {strange[0]!r} belongs to '{name}', not to '{part}'; FRFs of "
                 f"'{part}' alone are needed (crosscheck frf --stage {part} writes such a file)"
             )
 
@@ -190,7 +203,7 @@ def _lines(path: Path, frequency: FloatArray, fmin: float | None, fmax: float | 
     return lines
 
 
-def _refuse_other_axis(first: Replacement, other: Replacement) -> None:
+def _refuse_other_axis(first: Substitution, other: Substitution) -> None:
     try:
         require_same_frequency(
             first.frf.frequency,
@@ -199,16 +212,53 @@ def _refuse_other_axis(first: Replacement, other: Replacement) -> None:
         )
     except AxisMismatchError as error:
         raise CommandError(
-            f"{error}; all files need the same lines (--fmin and --fmax cut them)"
+            f"{error}; {overlap(first.frf.frequency, other.frf.frequency)}; all files need the "
+            "same lines (--fmin and --fmax cut them, --resample interpolates)"
         ) from error
 
 
-def _refuse_other_step(replacement: Replacement, df: float) -> None:
-    steps = np.diff(replacement.frf.frequency)
+def _on_common_lines(
+    found: Sequence[Substitution], fmin: float | None, fmax: float | None, df: float | None
+) -> tuple[Substitution, ...]:
+    """Interpolate to the first file's lines, or to a step, within what all files have."""
+    low = max(one.frf.frequency[0] for one in found)
+    high = min(one.frf.frequency[-1] for one in found)
+    if df is None:
+        own = found[0].frf.frequency
+        lines = own[(own >= low) & (own <= high)]
+    else:
+        first, last = np.ceil(low / df * (1 - SAME_STEP)), np.floor(high / df * (1 + SAME_STEP))
+        lines = df * np.arange(first, last + 1)
+    if not lines.size:
+        raise CommandError(
+            f"{found[-1].path}: no line from {low:g} to {high:g} Hz, which is all that the files "
+            "have in common"
+        )
+    return tuple(_resampled(one, lines) for one in found)
+
+
+def _resampled(one: Substitution, lines: FloatArray) -> Substitution:
+    if np.array_equal(one.frf.frequency, lines):
+        return one
+    try:
+        new = resample(one.frf, lines)
+    except FbsError as error:
+        raise CommandError(f"{one.path}: {error}") from error
+    worst = int(np.argmax(new.error))
+    note = (
+        f"{one.path} ('{one.part}'): interpolated to {lines.size} lines, with an error of up to "
+        f"{new.error[worst]:.2g} of the FRFs' peaks at {lines[worst]:g} Hz"
+    )
+    repeats = tuple(resample(other, lines).frf for other in one.repeats)
+    return replace(one, frf=new.frf, warnings=(*one.warnings, note), repeats=repeats)
+
+
+def _refuse_other_step(substitution: Substitution, df: float) -> None:
+    steps = np.diff(substitution.frf.frequency)
     if not np.all(np.abs(steps - df) <= SAME_STEP * df):
         raise CommandError(
-            f"--df = {df:g}: the lines are those of {replacement.path}, {steps.min():.6g} to "
-            f"{steps.max():.6g} Hz apart; leave --df out with --replace"
+            f"--df = {df:g}: the lines are those of {substitution.path}, {steps.min():.6g} to "
+            f"{steps.max():.6g} Hz apart; leave --df out with --replace, or give --resample"
         )
 
 

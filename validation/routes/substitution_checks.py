@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fbs import Frf
+from fbs.measured.quality import passivity_defect
 
-FloatArray = NDArray[np.float64]
+from ..arrays import FloatArray
 
 NOISE = 0.05  # of the FRF: 3° of phase, five times the scatter of a fair measurement
 FLOOR = 1e-6  # of the largest FRF: 120 dB below it nothing is measured
@@ -29,7 +30,12 @@ def implausible(frf: Frf, model: Frf, interface: Sequence[str]) -> tuple[str, ..
     interface
         Labels of the interface DoFs.
     """
-    found = (_active(frf), _not_reciprocal(frf, interface), _other_unit(frf, model, interface))
+    found = (
+        _active(frf),
+        _not_reciprocal(frf, interface),
+        _active_matrix(frf, interface),
+        _other_unit(frf, model, interface),
+    )
     return tuple(warning for warning in found if warning)
 
 
@@ -65,6 +71,21 @@ def _not_reciprocal(frf: Frf, interface: Sequence[str]) -> str:
     if not found:
         return ""
     return f"not reciprocal, |H_ij − H_ji| beyond {100 * NOISE:g} % of √(h_i h_j): {_some(found)}"
+
+
+def _active_matrix(frf: Frf, interface: Sequence[str]) -> str:
+    """An interface matrix that puts out energy, though each of its drive points may not."""
+    labels = [label for label in interface if label in square_labels(frf)]
+    if len(labels) < 2:
+        return ""
+    defect = passivity_defect(frf, labels)
+    wrong = defect > NOISE
+    if not wrong.any():
+        return ""
+    return (
+        f"not passive as a matrix between {_some(labels, ', ')}, down to −{defect.max():.0%} of "
+        f"its norm {where(frf.frequency, wrong)}"
+    )
 
 
 def _other_unit(frf: Frf, model: Frf, interface: Sequence[str]) -> str:

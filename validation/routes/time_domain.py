@@ -1,4 +1,4 @@
-"""The fourth route: FRFs of exudyn's own time integration, against FBS.
+"""The route through time: FRFs of exudyn's own time integration, against FBS.
 
 No linear algebra of ours is in it: exudyn integrates the multibody system over its periodic orbit
 under a multisine, and the records are transformed.
@@ -13,23 +13,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fbs import SecondOrderSystem, direct_frf, frequency_axis
+from fbs import Frf, SecondOrderSystem, direct_frf, frequency_axis
 from mbs_models.errors import OrbitError
 from mbs_models.model.parameters import Damping, Drivetrain
 
-from .comparable_lines import judged, known, within_range
-from .routes import build_model, couple_stages, exudyn_source
+from ..arrays import BoolArray, FloatArray
+from .comparable_lines import describe, known, within_range
+from .routes import Labels, fbs_route
 
 if TYPE_CHECKING:
     from mbs_models.integration.periodic_orbit import PeriodicRecord
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
+    from .multibody import ExudynSource
+
 ComplexArray = NDArray[Any]
 Progress = Callable[[str, int, int], None]
-
-ROUTE = "exudyn in time"
-FBS = "FBS of exudyn stages"
 
 # A drivetrain without damping has no steady state to integrate; it is given this, in both routes.
 RAYLEIGH = (0.005, 40.0, 1000.0)  # damping ratio, at these two frequencies (Hz)
@@ -48,8 +46,61 @@ def rayleigh_damping(ratio: float, first: float, second: float) -> Damping:
     return Damping(stiffness_proportional=beta, mass_proportional=beta * w_1 * w_2)
 
 
+@dataclass(frozen=True)
+class TimeRoute:
+    """FRFs from multisines on their periodic orbits; the source's drivetrain must be damped.
+
+    An FRF's lines are f′ = tan(πfh)/(πh), what the trapezoidal rule makes of the lines asked for.
+    """
+
+    source: ExudynSource
+    progress: Progress | None = None
+    name: str = "exudyn in time"
+
+    def frf(self, lines: FloatArray, responses: Labels = None, excitations: Labels = None) -> Frf:
+        """One run for each excitation (None: each DoF)."""
+        dofs = self.source.whole.dofs if excitations is None else tuple(excitations)
+        records = [self.record(lines, dof) for dof in dofs]
+        values = np.stack([record.receptance() for record in records], axis=2)
+        frf = Frf(records[0].frequency, values, records[0].labels, dofs)
+        return frf.select(responses)
+
+    def record(self, lines: FloatArray, excitation: str) -> PeriodicRecord:
+        """A run at the smallest amplitude whose orbit closes, lines df, 2 df, … (Hz).
+
+        Raises
+        ------
+        ModelError
+            The DoF is unknown, or (OrbitError) the orbit does not close.
+        """
+        from mbs_models.integration.periodic_orbit import periodic_response, trapezoidal
+        from mbs_models.integration.time_integration import SimulationError
+        from mbs_models.model.excitation import Excitation
+        from mbs_models.signals.lines import schroeder_multisine
+
+        source = self.source
+        for displacement in AMPLITUDES:
+            amplitudes = even_amplitudes(source.whole, excitation, lines, displacement)
+            signal = schroeder_multisine(lines[0], lines[-1], lines[0], amplitudes)
+            driven = Excitation(excitation, signal)
+            try:
+                record = periodic_response(
+                    source.system, source.linear, driven, trapezoidal(signal),
+                    progress=self.progress,
+                )  # fmt: skip
+            except SimulationError as error:
+                raise OrbitError(str(error)) from error
+            if record.closed:
+                return record
+        raise OrbitError(
+            f"the periodic orbit under the multisine at {excitation} does not close: its ends "
+            f"differ by {record.closure:.1e} of the motion; the amplitude is too large for "
+            "geometry to be linear, or so small that it drowns in the round-off of stiff springs"
+        )
+
+
 def time_domain(
-    drivetrain: Drivetrain,
+    source: ExudynSource,
     excitation: str,
     *,
     fmax: float = 4000.0,
@@ -60,67 +111,45 @@ def time_domain(
 
     Parameters
     ----------
-    drivetrain
-        What is run; without damping of its own it is given Rayleigh damping, in both routes.
+    source
+        What is run; its drivetrain must be damped (`with_damping`).
     excitation
         The DoF excited.
     fmax, df
         Lines df, 2 df, … fmax (Hz).
+
     Raises
     ------
     ModelError
         The DoF is unknown, or the orbit does not close.
     """
-    drivetrain = with_damping(drivetrain)
-    model = build_model(exudyn_source(), drivetrain)
-    record = _record(drivetrain, model.whole, excitation, frequency_axis(df, fmax, df), progress)
-    coupled = couple_stages(model, record.frequency).frf.select(record.labels, [excitation])
-    reference, found = coupled.values[:, :, 0], record.receptance()
+    route, reference = TimeRoute(source, progress), fbs_route(source)
+    record = route.record(frequency_axis(df, fmax, df), excitation)
+    coupled = reference.frf(record.frequency, record.labels, [excitation])
+    expected, found = coupled.values[:, :, 0], record.receptance()
 
-    peak = np.abs(reference).max(axis=0)
+    peak = np.abs(expected).max(axis=0)
     responding = peak > ZERO * peak.max()
-    reference, found = reference[:, responding], found[:, responding]
+    expected, found = expected[:, responding], found[:, responding]
     unknown = record.unknown()[:, responding]
-    compared = within_range(np.abs(reference)) | known(record.frequency, np.abs(found), unknown)
-    ratio = np.where(compared, found / np.where(compared, reference, 1.0), 1.0)
+    compared = within_range(np.abs(expected)) | known(record.frequency, np.abs(found), unknown)
+    ratio = np.where(compared, found / np.where(compared, expected, 1.0), 1.0)
     return TimeDomain(
+        routes=(reference.name, route.name),
         excitation=excitation,
         labels=tuple(np.array(record.labels)[responding].tolist()),
         frequency=record.frequency,
         transient=found,
-        substructured=reference,
-        damping=drivetrain.damping,
-        step=record.step,
-        shots=record.shots,
+        substructured=expected,
+        damping=source.drivetrain.damping,
+        step=record.integrator.step,
+        periods=record.periods,
         closure=record.closure,
         even_share=record.even_share,
         compared=compared,
         worst_db=np.abs(20.0 * np.log10(np.abs(ratio))).max(axis=0),
         worst_degrees=np.degrees(np.abs(np.angle(ratio))).max(axis=0),
     )
-
-
-def _record(
-    drivetrain: Drivetrain,
-    system: SecondOrderSystem,
-    excitation: str,
-    lines: FloatArray,
-    progress: Progress | None,
-) -> PeriodicRecord:
-    """A record at the smallest amplitude whose orbit closes."""
-    from mbs_models.integration.periodic_orbit import periodic_response
-    from mbs_models.model.excitation import Excitation
-    from mbs_models.signals.lines import schroeder_multisine
-
-    for displacement in AMPLITUDES:
-        amplitudes = even_amplitudes(system, excitation, lines, displacement)
-        signal = schroeder_multisine(lines[0], lines[-1], lines[0], amplitudes)
-        try:
-            return periodic_response(drivetrain, Excitation(excitation, signal), progress=progress)
-        except OrbitError:
-            if displacement == AMPLITUDES[-1]:
-                raise
-    raise AssertionError("unreachable: the last amplitude returns or raises")
 
 
 def even_amplitudes(
@@ -145,6 +174,8 @@ class TimeDomain:
 
     Attributes
     ----------
+    routes
+        The reference's name, and the run's.
     excitation
         The excited DoF.
     labels
@@ -155,14 +186,17 @@ class TimeDomain:
         (n_line, n_label) receptance (m/N).
     damping
         What both routes used.
-    step, shots, closure, even_share
+    step
+        Of the trapezoidal rule (s).
+    periods, closure, even_share
         As in `PeriodicRecord`.
     compared
-        (n_line, n_label) the lines judged.
+        (n_line, n_label) the comparable lines.
     worst_db, worst_degrees
         (n_label,) largest differences over the lines compared.
     """
 
+    routes: tuple[str, str]
     excitation: str
     labels: tuple[str, ...]
     frequency: FloatArray
@@ -170,7 +204,7 @@ class TimeDomain:
     substructured: ComplexArray
     damping: Damping
     step: float
-    shots: int
+    periods: int
     closure: float
     even_share: float
     compared: BoolArray
@@ -178,7 +212,7 @@ class TimeDomain:
     worst_degrees: FloatArray
 
     @property
-    def judged(self) -> str:
+    def comparable(self) -> str:
         """On how many lines a verdict on them rests, and where it leaves out half of the band."""
         names = [f"{label} ← {self.excitation}" for label in self.labels]
-        return judged(names, self.frequency, self.compared)
+        return describe(names, self.frequency, self.compared)

@@ -15,20 +15,18 @@ import numpy as np
 
 from fbs import Frf, Quantity, Record
 from mbs_models.gears.operating_point import OperatingPoint
-from mbs_models.integration.integrators import TRAPEZOIDAL, Integrator
-from mbs_models.integration.steady_state import steady_start
-from mbs_models.integration.time_integration import SimulationError, simulate
+from mbs_models.integration.integrators import Integrator
+from mbs_models.integration.periodic_orbit import periodic_response
+from mbs_models.integration.time_integration import SimulationError
 from mbs_models.model.excitation import Excitation
 from mbs_models.model.parameters import Drivetrain
 from mbs_models.signals.lines import Multisine, Signal
 from mbs_models.system.drivetrain import MultibodySystem, build_drivetrain
 from mbs_models.system.linearization import linearize
 
-from ..arrays import FloatArray
 from ..errors import CommandError
 from ..runtime.progress import Progress, silent
 from .estimates import DECIBEL_TOLERANCE, EstimatedFrfs, compare_with_fbs, multisine_frf, unbent
-from .reversal import odd_part, reversed_excitation
 
 PERIODS = 3  # the orbit is the linear one at first; two periods to bend it, one to measure
 # A motion that differs by this much from one period to the next is none that an FRF describes.
@@ -227,40 +225,27 @@ def _level(
     reverse: bool,
 ) -> Level:
     signal = excitation.signal
-    linear = point.linear if point else linearize(system)
-    start = steady_start(
-        linear, excitation.dof, signal.frequency, signal.spectrum, warped_step(integrator)
-    )
     size = round(signal.period * sampling_frequency)
     force = signal.samples(size)
     levels = float(np.abs(force).max()), float(np.sqrt(np.mean(force**2)))
-    rest = np.zeros((2, len(linear.dofs)))
-    if point is not None:
-        rest[0] = point.displacement
-
-    def run(driving: Excitation[Signal], sign: float) -> FloatArray:
-        record = simulate(
-            system,
-            (driving, *(point.loads if point else ())),
-            duration=PERIODS * signal.period,
-            integrator=integrator,
-            sampling_frequency=sampling_frequency,
-            start_state=(rest[0] + sign * start[0], rest[1] + sign * start[1]),
-            responses=responses,
-            record=("velocity",),
-        )
-        assert record.velocity is not None
-        return record.velocity
-
     try:
-        velocity = run(excitation, 1.0)
-        if reverse:
-            velocity = odd_part(velocity, run(reversed_excitation(excitation), -1.0))
+        velocity = periodic_response(
+            system,
+            point.linear if point else linearize(system),
+            excitation,
+            integrator,
+            sampling_frequency=sampling_frequency,
+            periods=PERIODS,
+            loads=point.loads if point else (),
+            static=point.displacement if point else None,
+            responses=responses,
+            reverse=reverse,
+        ).velocity
     except SimulationError:
         return Level(factor, *levels, None, np.inf)
     steady = Record(
         sampling_frequency,
-        signal.samples(size)[:, None],
+        force[:, None],
         velocity[-size:],
         (excitation.dof,),
         tuple(responses),
@@ -275,11 +260,6 @@ def _level(
         compare_with_fbs(unbent(estimate, integrator), drivetrain, point=point),
         float(change),
     )
-
-
-def warped_step(integrator: Integrator) -> float | None:
-    """The step of the trapezoidal rule, which bends frequencies; None for other integrators."""
-    return integrator.step if integrator.name == TRAPEZOIDAL else None
 
 
 def frf_of(levels: DriveLevels) -> Frf | None:

@@ -22,8 +22,9 @@ from mbs_models.system.linearization import LinearizedSystem
 
 from ..arrays import BoolArray, ComplexArray, FloatArray
 from ..checks.check import Check
-from ..routes.comparable_lines import DYNAMIC_RANGE_DB, KNOWN_TO, judged, known, within_range
-from ..routes.routes import build_model, couple_stages, exudyn_source, loaded_source
+from ..routes.comparable_lines import DYNAMIC_RANGE_DB, KNOWN_TO, describe, known, within_range
+from ..routes.routes import fbs_route
+from ..routes.source import exudyn_source, loaded_source
 from ..routes.time_domain import ZERO
 
 # An impact fills its band up to where its spectrum has fallen by 10 dB (ISO 7626-5 allows 20).
@@ -87,7 +88,7 @@ class EstimatedFrfs:
         """On how many lines a verdict on them rests, and where it leaves out half of the band."""
         frf = self.reference
         names = [f"{i} ← {j}" for i in frf.responses for j in frf.excitations]
-        return judged(names, frf.frequency, self.compared.reshape(len(frf.frequency), -1))
+        return describe(names, frf.frequency, self.compared.reshape(len(frf.frequency), -1))
 
     @property
     def rule(self) -> str:
@@ -298,11 +299,12 @@ def _known_by_scatter(estimate: Estimate) -> BoolArray | None:
 
 def _by_fbs(frf: Frf, drivetrain: Drivetrain, point: OperatingPoint | None) -> ComplexArray:
     """The same receptances by FBS, some lines at a time: coupling takes all DoFs by all DoFs."""
-    model = build_model(loaded_source(point) if point else exudyn_source(), drivetrain)
+    source = loaded_source(drivetrain, point) if point else exudyn_source(drivetrain)
+    route = fbs_route(source)
     starts = range(LINES_AT_ONCE, len(frf.frequency), LINES_AT_ONCE)
     return np.concatenate(
         [
-            couple_stages(model, lines).frf.select(frf.responses, frf.excitations).values
+            route.frf(lines, frf.responses, frf.excitations).values
             for lines in np.split(frf.frequency, starts)
         ]
     )

@@ -32,6 +32,7 @@ from ..report.style import (
     VERMILLION,
     WIDTH,
     frequency_axis,
+    level_axis,
     log_axis,
     styled,
     svg,
@@ -174,6 +175,7 @@ def level_figure(
         ]
         panel = FrfPanel(frequency, (reference_curve("", reference), *curves))
         draw_magnitude(magnitude, panel, CURVE_COLUMNS)
+        level_axis(magnitude)
         frequency_axis(magnitude, frequency[0], frequency[-1])
         _draw_deviations(deviation, levels, colors, threshold_db)
         figure.suptitle(title, x=0.01, ha="left", fontsize=9.0, fontweight="bold")

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbs_models.errors import ModelError
+from mbs_models.integration.reversal import odd_part
 
 from ..arrays import FloatArray
-from .reversal import odd_part
 
 IndexArray = NDArray[np.int_]
 

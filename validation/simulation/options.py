@@ -15,7 +15,7 @@ from mbs_models.system.drivetrain import build_drivetrain
 from mbs_models.system.linearization import round_off_force
 
 from ..errors import CommandError
-from ..routes.routes import build_model, exudyn_source
+from ..routes.source import exudyn_source
 from ..routes.time_domain import even_amplitudes, with_damping
 from .excitation_spec import parse_excitation
 
@@ -119,7 +119,7 @@ def default_excitation(drivetrain: Drivetrain, fmax: float | None = None) -> Exc
 
     As gently as round-off lets, since geometry is linear in small motions only.
     """
-    system = build_model(exudyn_source(), with_damping(drivetrain)).whole
+    system = exudyn_source(with_damping(drivetrain)).whole
     dof = system.dofs[0]
     highest = HIGHEST if fmax is None else min(fmax, HIGHEST)
     harmonics = np.arange(1, max(int(highest / SPACING), 1) + 1, 2)

@@ -9,6 +9,7 @@ from pathlib import Path
 from fbs import Quantity, Record
 from fbs.errors import FbsError
 from mbs_models.gears.operating_point import OperatingPoint, operating_point
+from mbs_models.integration.reversal import reversed_excitation
 from mbs_models.integration.run_store import StoredRunError, remove_run
 from mbs_models.integration.time_integration import simulate
 from mbs_models.integration.transient_record import TransientRecord
@@ -37,7 +38,6 @@ from .options import Options
 from .plan import RunPlan, excited_by_meshes, plan
 from .proof import run_checks
 from .result import SimulationResult
-from .reversal import reversed_excitation
 from .ringing import ringing, ringing_warning
 
 LOWER = 0.1  # of the force, to see whether a difference falls with it

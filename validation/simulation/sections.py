@@ -18,7 +18,7 @@ from ..report.page import (
     Picture,
     Section,
 )
-from ..routes.modes import equation_modes
+from ..routes.source import equations_source
 from .drive_level import DriveLevels, frf_of
 from .estimates import DECIBEL_TOLERANCE, DEGREE_TOLERANCE, EstimatedFrfs, estimator
 from .frf_figures import LevelCurve, estimate_panel, level_figure, peak_hold_panel
@@ -307,7 +307,7 @@ def _swept_peaks(
     peaks = frequency[1:-1][(inner > size[:-2]) & (inner > size[2:])]
     first, last = signal.band
     places = []
-    for mode in equation_modes(result.drivetrain).modes:
+    for mode in equations_source(result.drivetrain).modes.modes:
         f, ratio = mode.frequency_hz, mode.damping_ratio
         if not (first < f < last and 0.0 < ratio < 0.1 and (np.abs(peaks - f) < ratio * f).any()):
             continue

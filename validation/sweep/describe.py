@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..routes.routes import EQUATIONS
+from ..routes.source import equations_source
 from .metrics import BandMetric
 from .plan import base_values
 from .result import SweepResult
@@ -32,7 +32,7 @@ def failures(sweep: SweepResult, most: int) -> tuple[str, ...]:
 def hints(sweep: SweepResult) -> tuple[str, ...]:
     """What a reader of the metrics should know."""
     of_peaks = any(isinstance(metric, BandMetric) for metric in sweep.plan.metrics)
-    if not (of_peaks and EQUATIONS.whole(sweep.drivetrain).undamped):
+    if not (of_peaks and equations_source(sweep.drivetrain).whole.undamped):
         return ()
     return (
         "the model has no damping: how high a peak is depends on how near a line it lies; give the "

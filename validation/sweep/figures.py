@@ -21,6 +21,7 @@ from ..report.style import (
     VERMILLION,
     WIDTH,
     frequency_axis,
+    level_axis,
     styled,
     svg,
 )
@@ -129,6 +130,7 @@ def _bands(sweep: SweepResult, figure: Figure) -> None:
     median = Curve("median", 10.0 ** (levels[2] / 20.0), INK, 0.8)
     axes = figure.subplots()
     draw_magnitude(axes, FrfPanel(sweep.frequency, (median,), bands=bands), CURVE_COLUMNS)
+    level_axis(axes)
     frequency_axis(axes, sweep.frequency[0], sweep.frequency[-1])
     axes.set_title(f"{sweep.title}: {sweep.frf_name}, {sweep.results.ok.sum()} samples")
     axes.legend(ncols=3)

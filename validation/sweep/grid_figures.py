@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from ..arrays import IndexArray
 from ..report.frf_panel import Curve, FrfPanel, draw_magnitude
-from ..report.style import MUTED, WIDTH, along_axis, frequency_axis
+from ..report.style import MUTED, WIDTH, along_axis, frequency_axis, level_axis
 from .axes import (
     Family,
     families,
@@ -115,6 +115,7 @@ def _curves(sweep: SweepResult, panels: Sequence[Axes], shown: Sequence[Family])
             for row in family.rows
         )  # fmt: skip
         draw_magnitude(axes, FrfPanel(sweep.frequency, curves), MAP_COLUMNS)
+        level_axis(axes)
     panels[0].legend()
 
 

@@ -29,7 +29,8 @@ from mbs_models.model.placement import hub_ratios
 from ..arrays import FloatArray
 from ..errors import CommandError
 from ..routes.modes import damped_modes
-from ..routes.routes import EQUATIONS, Source, coupling_joints, exudyn_source
+from ..routes.routes import source_by_name
+from ..routes.source import Source
 from .interface import Interface
 from .metrics import Findings, FoundModes
 from .parameters import Step, Values, changed, steps_to
@@ -107,11 +108,14 @@ class Base:
     ----------
     drivetrain
         With the varied springs at their references.
+    source
+        Its matrices.
     springs
         Deflection of each varied spring: label → coefficient.
     """
 
     drivetrain: Drivetrain
+    source: Source
     springs: tuple[dict[str, float], ...]
 
     @property
@@ -128,12 +132,10 @@ class Bench:
         self.data: dict[str, Any] = json.loads(plan.model)
         self.places = [steps_to(self.data, path) for path in plan.paths]
         self.varied = [k for k, anchor in enumerate(plan.anchors) if anchor is not None]
-        self.source: Source = EQUATIONS if plan.route == "equations" else exudyn_source()
         self.frequency = plan.band.frequency()
         self._bases: dict[Values, Base] = {}
         self._interfaces: dict[Base, Interface] = {}
         self._parts: dict[tuple[str, ...], Frf | None] = {}
-        self._systems: dict[Base, SecondOrderSystem] = {}
         self._stiffness: dict[tuple[str, ...], StageStiffness] = {}
         self._nominal: dict[float, float] = {}
 
@@ -149,7 +151,11 @@ class Bench:
     def _base(self, values: Values) -> Base:
         drivetrain = self._drivetrain(values)
         varied = [self.plan.paths[k].split(".") for k in self.varied]
-        return Base(drivetrain, tuple(spring_deflection(drivetrain, *path) for path in varied))
+        springs = tuple(spring_deflection(drivetrain, *path) for path in varied)
+        return Base(drivetrain, self._source(drivetrain), springs)
+
+    def _source(self, drivetrain: Drivetrain) -> Source:
+        return source_by_name(self.plan.route, drivetrain)
 
     def _drivetrain(self, values: Values) -> Drivetrain:
         given: dict[tuple[Step, ...], float] = dict(zip(self.places, values, strict=True))
@@ -175,7 +181,7 @@ class Bench:
     def _nominal_at(self, line: float) -> float:
         assert self.plan.response is not None
         assert self.plan.excitation is not None
-        system = self.source.whole(changed(self.data, {}))
+        system = self._source(changed(self.data, {})).whole
         frf = direct_frf(system, [line], [self.plan.response], [self.plan.excitation])
         return float(np.abs(frf.values[0, 0, 0]))
 
@@ -195,42 +201,35 @@ class Bench:
 
         The whole is solved where no line of a part can be: a free part at 0 Hz.
         """
-        drivetrain = base.drivetrain
-        joints = [j for c in drivetrain.couplings for j in coupling_joints(drivetrain, c)]
+        joints = base.source.joints
         ends = {label for joint in joints for _, label in (joint.first, joint.second)}
         try:
-            parts = {
-                p.name: self._part(drivetrain, p.name, labels | ends) for p in drivetrain.parts
-            }
+            parts = {p.name: self._part(base, p.name, labels | ends) for p in base.drivetrain.parts}
             present = {name: frf for name, frf in parts.items() if frf is not None}
             known = {label for frf in present.values() for label in frf.responses}
             for label in sorted(labels - known):
-                raise unknown_dof(label, self.source.whole(drivetrain).labels, "the drivetrain")
+                raise unknown_dof(label, base.source.whole.labels, "the drivetrain")
             wanted = sorted(labels)
             return couple(present, joints).frf.select(wanted, wanted)
         except SingularLineError:
             wanted = sorted(labels)
-            return direct_frf(self.source.whole(drivetrain), self.frequency, wanted, wanted)
+            return direct_frf(base.source.whole, self.frequency, wanted, wanted)
 
-    def _part(self, drivetrain: Drivetrain, name: str, labels: set[str]) -> Frf | None:
+    def _part(self, base: Base, name: str, labels: set[str]) -> Frf | None:
         """FRFs of a part with its halves of the hubs, between those of the labels it has."""
 
         def solve() -> Frf | None:
-            system = self.source.stage(drivetrain, name)
+            system = base.source.stage(name)
             own = sorted(labels & set(system.labels))
             return direct_frf(system, self.frequency, own, own) if own else None
 
         return _remembered(
-            self._parts, (*part_key(drivetrain, name), *sorted(labels)), solve, PARTS
+            self._parts, (*part_key(base.drivetrain, name), *sorted(labels)), solve, PARTS
         )
 
     def modes(self, base: Base, stiffer: Values) -> FoundModes:
         """Natural frequencies (Hz, ascending) and kinds of the modes needed, or some more."""
-        system = stiffened(
-            _remembered(self._systems, base, lambda: self.source.whole(base.drivetrain), BASES),
-            base,
-            stiffer,
-        )
+        system = stiffened(base.source.whole, base, stiffer)
         modes = real_modes(system)
         frequencies, _ = damped_modes(system, modes)
         needed = self._needed(modes)
@@ -266,8 +265,10 @@ class Bench:
         """Stiffness of each part without couplings, computed anew only if the part changes."""
         bare = drivetrain.model_copy(update={"couplings": ()})
 
+        alone = self._source(bare)
+
         def solve(name: str) -> StageStiffness:
-            system = self.source.stage(bare, name)
+            system = alone.stage(name)
             return StageStiffness(system.dofs, system.stiffness)
 
         return {

@@ -12,6 +12,7 @@ from scipy import sparse
 from fbs import (
     AmbiguousDofError,
     FbsError,
+    Joint,
     NonFiniteError,
     SecondOrderSystem,
     SingularLineError,
@@ -22,7 +23,6 @@ from fbs import (
     modal_frf,
     real_modes,
 )
-from fbs.coupling import Joint
 from fbs.large.chain import couple_chain
 from fbs.large.krylov import ReductionError, reduced_frf
 from fbs.large.sparse_system import SparseSystem, sparse_frf

@@ -106,7 +106,7 @@ def test_what_a_spring_must_be() -> None:
         PeriodicSpring("s", [1.0], 1.0, -1.0, [], [])
     with pytest.raises(NonFiniteError, match="'s': error is not finite"):
         PeriodicSpring("s", [1.0], 1.0, 1.0, [], [np.nan])
-    with pytest.raises(NonFiniteError, match="'s': static_force = inf"):
+    with pytest.raises(NonFiniteError, match="'s': static_force must be finite, got inf"):
         PeriodicSpring("s", [1.0], 1.0, 1.0, [], [], 0.0, np.inf)
     with pytest.raises(FbsError, match=r"'s': vector has shape \(1, 1\): must be a vector"):
         PeriodicSpring("s", [[1.0]], 1.0, 1.0, [], [])

@@ -87,10 +87,13 @@ def noise_record(seed=0, n=1024, n_input=2, n_output=2):
 # --- records ------------------------------------------------------------------------------------
 
 
-def test_a_record_keeps_the_callers_arrays():
+def test_a_record_is_not_changed_by_what_the_caller_does_to_the_arrays():
     f, y = np.zeros((5, 1)), np.zeros((5, 2))
     record = Record(10, f, y, ("a",), ("a", "b"), "mobility")
-    assert np.shares_memory(record.inputs, f)
+    f[:] = np.nan
+    assert not record.inputs.any()
+    y.setflags(write=False)  # nobody can change it: no copy
+    assert np.shares_memory(Record(10, record.inputs, y, ("a",), ("a", "b"), "mobility").outputs, y)
     assert f.flags.writeable
     assert not record.outputs.flags.writeable
     assert record.n_sample == 5
@@ -170,7 +173,7 @@ def test_bad_records_are_refused():
     with pytest.raises(QuantityMismatchError, match="compliance"):
         replace(good, quantity="compliance")
     for rate in (0.0, -1.0, np.nan, np.inf):
-        with pytest.raises(FbsError, match="sampling frequency must be positive"):
+        with pytest.raises(FbsError, match="sampling frequency must be"):
             replace(good, sampling_frequency=rate)
 
 
@@ -580,7 +583,7 @@ def test_averaged_refuses():
     one = replace(record, inputs=record.inputs[:, :1], excitations=("f0",))
     with pytest.raises(FbsError, match="record 0 has 1024 samples, less than one segment of 2000"):
         averaged_frf(record, 2000)
-    with pytest.raises(FbsError, match="estimator 'H3' is none of H1, H2, Hv"):
+    with pytest.raises(FbsError, match="estimator must be one of 'H1', 'H2', 'Hv', got 'H3'"):
         averaged_frf(record, 128, estimator="H3")
     with pytest.raises(FbsError, match=r"overlap must be at least 0 and below 1, got 1\.0"):
         averaged_frf(record, 128, overlap=1.0)
@@ -591,7 +594,7 @@ def test_averaged_refuses():
     with pytest.raises(FbsError, match="segment must be at least 2, got 1"):
         averaged_frf(record, 1)
     for ratio in (0.0, -1.0, np.nan):
-        with pytest.raises(FbsError, match="noise_ratio must be positive"):
+        with pytest.raises(FbsError, match="noise_ratio must be"):
             averaged_frf(one, 128, estimator="Hv", noise_ratio=ratio)
     wide = noise_record(n_output=3)
     with pytest.raises(FbsError, match="H2 of 2 inputs needs as many outputs, got 3"):

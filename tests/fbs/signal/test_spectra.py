@@ -154,7 +154,7 @@ def test_further_axes_are_kept():
         ({"resolution": 2000.0}, "at most a quarter"),
         ({"resolution": -1.0}, "above 0"),
         ({"overlap": 1.0}, "overlap must be"),
-        ({"window": "hamming"}, "boxcar, hann or flattop, got 'hamming'"),
+        ({"window": "hamming"}, "window must be one of 'boxcar', 'hann', 'flattop', got 'hamming'"),
     ],
 )
 def test_impossible_cuts_are_named(change, message):

@@ -8,13 +8,32 @@ import numpy as np
 import pytest
 
 from mbs_models.errors import ModelError, OrbitError
-from mbs_models.integration.periodic_orbit import CLOSURE, periodic_response, steps_per_period
+from mbs_models.integration.periodic_orbit import (
+    CLOSURE,
+    PeriodicRecord,
+    periodic_response,
+    steps_per_period,
+    trapezoidal,
+)
+from mbs_models.integration.time_integration import SimulationError
 from mbs_models.model.excitation import Excitation
 from mbs_models.model.model_file import load
+from mbs_models.model.parameters import Drivetrain
 from mbs_models.signals.lines import Multisine, schroeder_multisine
+from mbs_models.system.drivetrain import build_drivetrain
+from mbs_models.system.linearization import linearize
 from tests.strategies import changed, damped, paper
 from validation.checks.time_domain import time_domain_checks
-from validation.routes.time_domain import RAYLEIGH, rayleigh_damping, time_domain
+from validation.routes.routes import whole_route
+from validation.routes.source import exudyn_source
+from validation.routes.time_domain import (
+    RAYLEIGH,
+    TimeDomain,
+    TimeRoute,
+    rayleigh_damping,
+    time_domain,
+    with_damping,
+)
 
 SUN = "planetary.sun.w"
 
@@ -29,6 +48,18 @@ def at_sun(force: float = 0.5) -> Excitation[Multisine]:
 
 def lin_parker():  # type: ignore[no-untyped-def]
     return damped(load("lin-parker-3"), rayleigh_damping(*RAYLEIGH))
+
+
+def response(
+    drivetrain: Drivetrain, excitation: Excitation[Multisine], steps: int | None = None
+) -> PeriodicRecord:
+    system = build_drivetrain(drivetrain)
+    integrator = trapezoidal(excitation.signal, steps)
+    return periodic_response(system, linearize(system), excitation, integrator)
+
+
+def in_time(drivetrain: Drivetrain, excitation: str, **lines: float) -> TimeDomain:
+    return time_domain(exudyn_source(with_damping(drivetrain)), excitation, **lines)
 
 
 def test_a_multisine_has_its_lines_and_no_others() -> None:
@@ -68,17 +99,18 @@ def test_lines_beyond_nyquist_are_refused() -> None:
 
 def test_an_unknown_dof_is_refused() -> None:
     signal = Excitation("planetary.sun.q", schroeder_multisine(100.0, 500.0, 100.0, 1.0))
-    with pytest.raises(ModelError, match=r"'planetary.sun.q': no such DoF; known: planetary.sun.u"):
-        periodic_response(lin_parker(), signal)
+    with pytest.raises(ModelError, match=r"'planetary.sun.q'; known: planetary.sun.u"):
+        response(lin_parker(), signal)
 
 
 def test_the_orbit_closes_and_the_record_says_how() -> None:
-    record = periodic_response(lin_parker(), at_sun())
+    record = response(lin_parker(), at_sun())
+    assert record.closed
     assert record.closure <= CLOSURE
     assert record.even_share < 1e-3
-    assert len(record.time) == steps_per_period(record.excitation.signal)
-    assert record.displacement.shape == (len(record.time), 18)
-    assert np.isfinite(record.displacement).all()
+    assert record.periods == 1
+    assert record.velocity.shape == (steps_per_period(record.excitation.signal), 18)
+    assert np.isfinite(record.velocity).all()
 
 
 def test_halving_the_step_shows_the_trapezoidal_rules_order() -> None:
@@ -86,9 +118,7 @@ def test_halving_the_step_shows_the_trapezoidal_rules_order() -> None:
     signal, drivetrain = sun_multisine(), lin_parker()
     steps = 5 * steps_per_period(signal)  # fine enough for the next order not to show
     frfs = [
-        periodic_response(drivetrain, Excitation(SUN, signal), steps=steps * factor).receptance()[
-            :, 2
-        ]
+        response(drivetrain, Excitation(SUN, signal), steps * factor).receptance()[:, 2]
         for factor in (1, 2, 4)
     ]
     differences = [np.abs(a - b).max() for a, b in pairwise(frfs)]
@@ -97,11 +127,10 @@ def test_halving_the_step_shows_the_trapezoidal_rules_order() -> None:
 
 def test_large_amplitudes_are_not_linear_and_do_not_pass_unnoticed() -> None:
     """Gears turned by a tenth of a radian: geometry bends what is to be linear."""
-    with pytest.raises(OrbitError, match=r"does not close|diverged"):
-        periodic_response(lin_parker(), at_sun(force=5e5))
-    small, larger = (
-        periodic_response(lin_parker(), at_sun(force)).even_share for force in (0.5, 5.0)
-    )
+    assert not response(lin_parker(), at_sun(force=5e3)).closed
+    with pytest.raises(SimulationError, match=r"diverged|no solution"):
+        response(lin_parker(), at_sun(force=5e8))
+    small, larger = (response(lin_parker(), at_sun(force)).even_share for force in (0.5, 5.0))
     assert larger == pytest.approx(10.0 * small, rel=0.1)  # even terms grow with the square
 
 
@@ -120,7 +149,7 @@ def test_frfs_of_the_paper_against_fbs(excitation: str) -> None:
 
     Rayleigh damping of 0.5 % at 40 Hz and 1 kHz. The 7.5 MHz hub and the 42 Hz mode are in it.
     """
-    result = time_domain(paper(), excitation, df=10.0)
+    result = in_time(paper(), excitation, df=10.0)
     assert result.frequency[0] == pytest.approx(10.0, rel=1e-6)  # the rule's bend, (ωh)²/12
     assert result.frequency[-1] == pytest.approx(4000.0, rel=0.0102)
     assert len(result.labels) >= 10
@@ -132,19 +161,34 @@ def test_frfs_of_the_paper_against_fbs(excitation: str) -> None:
     assert all(check.agrees for check in time_domain_checks(result))
 
 
+def test_a_motion_too_large_to_be_linear_is_no_route(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the smallest motion's orbit does not close, a larger one is tried; then it is said."""
+    monkeypatch.setattr("validation.routes.time_domain.AMPLITUDES", (1e-2, 1e-1))
+    route = TimeRoute(exudyn_source(lin_parker()))
+    with pytest.raises(OrbitError, match=r"does not close|diverged|no solution"):
+        route.frf(np.arange(100.0, 2001.0, 100.0), [SUN], [SUN])
+
+
+def test_the_route_in_time_has_the_frfs_of_the_others() -> None:
+    source = exudyn_source(lin_parker())
+    found = TimeRoute(source).frf(np.arange(100.0, 2001.0, 100.0), [SUN], [SUN, "planetary.ring.w"])
+    exact = whole_route(source).frf(found.frequency, [SUN], [SUN, "planetary.ring.w"])
+    np.testing.assert_allclose(found.values, exact.values, rtol=1e-4)
+
+
 def test_what_a_free_drivetrain_creeps_by_is_not_in_the_record() -> None:
     """A ramp Δt/T would leak N Δ/2πk into line k; measured without it: 1e-4 of the deepest lines.
 
     The train creeps by 1e-13 m in a period, and its displacements at 4 kHz are as small.
     """
-    result = time_domain(paper(), "reducer.pinion.w", df=10.0)
+    result = in_time(paper(), "reducer.pinion.w", df=10.0)
     assert result.compared.all()
     assert result.worst_db.max() <= 2e-3  # 2e-2 with the ramp
 
 
 @pytest.mark.slow
 def test_a_planetary_stage_to_15_khz() -> None:
-    result = time_domain(load("lin-parker-4"), SUN, fmax=15000.0, df=50.0)
+    result = in_time(load("lin-parker-4"), SUN, fmax=15000.0, df=50.0)
     assert result.worst_db.max() <= 0.01  # 0.5 dB is asked for
 
 
@@ -152,10 +196,10 @@ def test_a_planetary_stage_to_15_khz() -> None:
 def test_a_wrong_stiffness_shows_in_time() -> None:
     """The transient is of the model as built: FBS of another one is told apart."""
     other = changed(paper().stage("planetary"), sun_mesh_stiffness=5.05e8)
-    result = time_domain(paper(), "reducer.pinion.w")
+    result = in_time(paper(), "reducer.pinion.w")
     data = paper().model_dump(by_alias=True, exclude_unset=True)
     data["stage"] = [data["stage"][0], other.model_dump(exclude_unset=True)]
-    wrong = time_domain(changed(paper(), stage=data["stage"]), "reducer.pinion.w")
+    wrong = in_time(changed(paper(), stage=data["stage"]), "reducer.pinion.w")
     shared = result.labels.index(SUN)
     ratio = np.abs(wrong.substructured[:, shared] / result.transient[:, shared])
     assert np.abs(20.0 * np.log10(ratio)).max() > 0.1

@@ -17,10 +17,11 @@ from mbs_models.model.parameters import Drivetrain
 from tests.strategies import drivetrains, paper, with_coupling, with_stage
 from validation.checks.metrics import scaled_error
 from validation.checks.model_warnings import model_warnings
-from validation.crosscheck.comparison import cross_check
+from validation.crosscheck.study import cross_check
 from validation.routes import equations, multibody
 from validation.routes.bands import Band
-from validation.routes.routes import build_model, couple_stages, exudyn_source
+from validation.routes.routes import couple_stages
+from validation.routes.source import exudyn_source
 
 LINES = np.geomspace(5.0, 15000.0, 50)
 SPRING = {"stiffness": 1e8}
@@ -176,9 +177,7 @@ def test_fbs_couples_a_chain_in_any_order() -> None:
             "couplings": drivetrain.couplings[::-1],
         }
     )
-    one, other = (
-        couple_stages(build_model(exudyn_source(), d), LINES).frf for d in (drivetrain, backwards)
-    )
+    one, other = (couple_stages(exudyn_source(d), LINES).frf for d in (drivetrain, backwards))
     labels = one.responses
     # Signs of w and z are told from the first part in the file: what counts is the size.
     error = scaled_error(np.abs(one.values), np.abs(other.select(labels, labels).values))

@@ -12,11 +12,13 @@ from mbs_models.modal.mode_kinds import Kind
 from mbs_models.model.model_file import load
 from mbs_models.model.parameters import Drivetrain
 from tests.strategies import changed, damped, paper, with_coupling, with_stage
-from validation.crosscheck.comparison import cross_check
-from validation.crosscheck.results import CrossCheck
+from validation.checks.metrics import scaled_error
+from validation.crosscheck.result import CrossCheck
+from validation.crosscheck.study import cross_check
 from validation.routes import equations
 from validation.routes.bands import Band
-from validation.routes.routes import Source, exudyn_source
+from validation.routes.routes import comparison_routes, whole_route
+from validation.routes.source import Source, equations_source, exudyn_source
 
 COARSE = Band(5.0, 15000.0, 5.0)
 
@@ -25,12 +27,9 @@ def check_against(
     perturb: Callable[[Drivetrain], Drivetrain], drivetrain: Drivetrain | None = None
 ) -> CrossCheck:
     """A cross-check whose equations are of another drivetrain."""
-    witness = Source(
-        "equations",
-        lambda d: equations.drivetrain_system(perturb(d)),
-        lambda d, name: equations.stage_system(perturb(d), name),
+    return cross_check(
+        drivetrain or damped(paper()), COARSE, equations=lambda d: equations_source(perturb(d))
     )
-    return cross_check(drivetrain or damped(paper()), COARSE, sources=(exudyn_source(), witness))
 
 
 def disagreements(result: CrossCheck) -> dict[str, tuple[str, ...]]:
@@ -76,6 +75,30 @@ def test_presets_agree(preset: str) -> None:
 def test_other_drivetrains_agree(drivetrain: Drivetrain) -> None:
     result = cross_check(damped(drivetrain), COARSE)
     assert disagreements(result) == {}
+
+
+@pytest.mark.parametrize("values_per_block", [2**19, 40 * 30**2])
+def test_the_errors_are_those_of_all_lines_at_once(
+    values_per_block: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Largest and median by line, largest by pair, and where: by blocks as by the definition."""
+    monkeypatch.setattr("validation.checks.frfs.VALUES_PER_BLOCK", values_per_block)
+    drivetrain = damped(paper())
+    result = cross_check(drivetrain, Band(50.0, 15000.0, 50.0))
+    source, lines, dofs = exudyn_source(drivetrain), result.frequency, result.dofs
+    exact = whole_route(source).frf(lines, dofs, dofs).values
+    routes = comparison_routes(source, equations_source(drivetrain))
+    for route, found in zip(routes, result.comparisons, strict=True):
+        error = scaled_error(exact, route.frf(lines, dofs, dofs).values)
+        # Where a thread's block begins moves LAPACK's last digits: two roundings of an error.
+        near = {"rtol": 0.5, "atol": 1e-15}
+        np.testing.assert_allclose(found.pair_max, error.max(axis=0), **near)
+        np.testing.assert_allclose(found.line_max, error.max(axis=(1, 2)), **near)
+        median = np.median(error.reshape(len(lines), -1), axis=1)
+        np.testing.assert_allclose(found.line_median, median, **near)
+        at, response, excitation = found.worst
+        place = list(lines).index(at), dofs.index(response), dofs.index(excitation)
+        assert error[place] == pytest.approx(error.max(), rel=0.5)
 
 
 def test_poles_of_every_route() -> None:
@@ -149,8 +172,10 @@ def test_a_missing_half_of_the_hub_is_found() -> None:
             drivetrain = with_coupling(drivetrain, inertia_over_r2=4.48e-12)
         return equations.stage_system(drivetrain, name)
 
-    witness = Source("equations", equations.drivetrain_system, without_half)
-    result = cross_check(damped(paper()), COARSE, sources=(exudyn_source(), witness))
+    def source(drivetrain: Drivetrain) -> Source:
+        return Source("equations", drivetrain, equations.drivetrain_system, without_half)
+
+    result = cross_check(damped(paper()), COARSE, equations=source)
     assert not result.agrees
     found = disagreements(result)
     assert "mass at coupling.w" in found["Mass matrix, entry by entry | equations"][0]

@@ -18,14 +18,16 @@ from mbs_models.model.parameters import Drivetrain
 from tests.strategies import damped, paper, with_coupling, with_stage
 from tests.validation.command_line import call
 from validation.checks.peaks import Peak, Resonance, find, match, merge
-from validation.crosscheck.comparison import cross_check
-from validation.crosscheck.results import Swap
-from validation.crosscheck.results_json import results_document
-from validation.crosscheck.swap import headline
+from validation.crosscheck.document import results_document
+from validation.crosscheck.result import Changes
+from validation.crosscheck.study import cross_check
+from validation.crosscheck.substitution import headline
 from validation.errors import CommandError
+from validation.report.documents import plain
 from validation.routes import multibody
 from validation.routes.bands import Band
-from validation.routes.substitution import interface_labels, read_replacements
+from validation.routes.source import equations_source
+from validation.routes.substitution import interface_labels, read_substitutions
 from validation.routes.substitution_checks import where
 
 FREQUENCY = frequency_axis(10.0, 9000.0, 10.0)
@@ -50,12 +52,12 @@ def save(path: Path, frf: Frf, **changes: Any) -> Path:
     return path
 
 
-def swap(drivetrain: Drivetrain, *given: str) -> Swap:
-    found = read_replacements(drivetrain, given)
-    result = cross_check(drivetrain, Band.of(found[0].frf.frequency), replacements=found)
+def changes(drivetrain: Drivetrain, *given: str) -> Changes:
+    found = read_substitutions(drivetrain, given)
+    result = cross_check(drivetrain, Band.of(found[0].frf.frequency), substitutions=found)
     assert result.agrees  # what a file changes is no disagreement of the model's routes
-    assert result.swap is not None
-    return result.swap
+    assert result.substitution is not None
+    return result.substitution
 
 
 @pytest.fixture
@@ -66,9 +68,9 @@ def model_file(tmp_path: Path) -> str:
 
 
 @pytest.fixture(scope="module")
-def softer(tmp_path_factory: pytest.TempPathFactory) -> Swap:
+def softer(tmp_path_factory: pytest.TempPathFactory) -> Changes:
     path = save(tmp_path_factory.mktemp("softer") / "softer.npz", stage_frf(SOFTER))
-    return swap(DAMPED, f"planetary={path}")
+    return changes(DAMPED, f"planetary={path}")
 
 
 # --- round trip -----------------------------------------------------------------------------
@@ -112,7 +114,7 @@ def test_no_swap_no_section(tmp_path: Path) -> None:
 @pytest.mark.parametrize("quantity", ["mobility", "accelerance"])
 def test_any_quantity_becomes_receptance(quantity: str, tmp_path: Path) -> None:
     path = save(tmp_path / "x.npz", stage_frf(DAMPED).to(quantity))
-    (found,) = read_replacements(DAMPED, [f"planetary={path}"])
+    (found,) = read_substitutions(DAMPED, [f"planetary={path}"])
     np.testing.assert_allclose(found.frf.values, stage_frf(DAMPED).values, rtol=1e-12)
     assert found.warnings == ()
 
@@ -120,36 +122,39 @@ def test_any_quantity_becomes_receptance(quantity: str, tmp_path: Path) -> None:
 def test_two_parts_from_files_in_limits(tmp_path: Path) -> None:
     paths = {s: save(tmp_path / f"{s}.npz", stage_frf(DAMPED, s)) for s in ("reducer", "planetary")}
     given = [f"{stage}={path}" for stage, path in paths.items()]
-    found = read_replacements(DAMPED, given, fmin=95.0, fmax=500.0, df=10.0)
+    found = read_substitutions(DAMPED, given, fmin=95.0, fmax=500.0, df=10.0)
     assert [r.part for r in found] == ["reducer", "planetary"]
     np.testing.assert_array_equal(found[0].frf.frequency, frequency_axis(100.0, 500.0, 10.0))
-    result = cross_check(DAMPED, Band.of(found[0].frf.frequency), replacements=found)
-    assert result.swap is not None
-    assert not result.swap.changes
-    assert result.swap.comparison.pair_max.shape == (30, 30)
+    result = cross_check(DAMPED, Band.of(found[0].frf.frequency), substitutions=found)
+    assert result.substitution is not None
+    assert not result.substitution.changes
+    assert result.substitution.comparison.pair_max.shape == (30, 30)
 
 
 def test_uneven_lines(tmp_path: Path) -> None:
     lines = np.geomspace(20.0, 5000.0, 200)
     frf = direct_frf(multibody.stage_system(SOFTER, "planetary"), lines)
-    found = swap(DAMPED, f"planetary={save(tmp_path / 'x.npz', frf)}")
-    np.testing.assert_array_equal(found.replacements[0].frf.frequency, lines)
+    found = changes(DAMPED, f"planetary={save(tmp_path / 'x.npz', frf)}")
+    np.testing.assert_array_equal(found.substitutions[0].frf.frequency, lines)
     assert found.changes
 
 
 def test_couplings_of_every_kind_are_found() -> None:
-    assert interface_labels(paper(), "planetary") == ("coupling.w",)
+    assert interface_labels(equations_source(paper()), "planetary") == ("coupling.w",)
     shaft = with_coupling(
         paper(), inertia_over_r2=0.0, first_stiffness="rigid", dofs={"u": {"stiffness": 1e8}}
     )
-    assert interface_labels(shaft, "reducer") == ("coupling.w", "reducer.wheel.y")
-    assert interface_labels(shaft, "planetary") == ("planetary.sun.w", "planetary.sun.u")
+    assert interface_labels(equations_source(shaft), "reducer") == ("coupling.w", "reducer.wheel.y")
+    assert interface_labels(equations_source(shaft), "planetary") == (
+        "planetary.sun.w",
+        "planetary.sun.u",
+    )
 
 
 # --- what a changed stage changes -----------------------------------------------------------
 
 
-def test_swapped_assembly_is_the_changed_drivetrain(softer: Swap) -> None:
+def test_swapped_assembly_is_the_changed_drivetrain(softer: Changes) -> None:
     """Ring meshes 10 % softer: the numbers are those of the exact model with that stage."""
     assert softer.changes
     before = direct_frf(multibody.drivetrain_system(DAMPED), FREQUENCY)
@@ -176,7 +181,7 @@ def test_swapped_assembly_is_the_changed_drivetrain(softer: Swap) -> None:
     )
 
 
-def test_resonances_move_as_the_modes_do(softer: Swap) -> None:
+def test_resonances_move_as_the_modes_do(softer: Changes) -> None:
     """To a fifth of the line spacing, though the peaks are narrower than that."""
     before, after = (
         np.array([m.frequency_hz for m in drivetrain_modes(d).modes]) for d in (DAMPED, SOFTER)
@@ -194,7 +199,7 @@ def test_resonances_move_as_the_modes_do(softer: Swap) -> None:
     )
 
 
-def test_the_part_alone_shows_the_file(softer: Swap) -> None:
+def test_the_part_alone_shows_the_file(softer: Changes) -> None:
     (curve, *inner) = softer.alone["planetary"]
     assert curve.name == "coupling.w"
     assert {c.name for c in inner} == {"planetary.sun.u", "planetary.sun.w"}
@@ -224,7 +229,9 @@ def test_the_headline_is_of_no_antiresonance_and_of_no_move_below_the_lines(tmp_
     values = stage_frf(DAMPED).values.copy()
     between = np.abs(FREQUENCY - 400.0) <= 20.0  # no mode of this drivetrain, 42 to 727 Hz
     values[between] *= 1.1
-    found = swap(DAMPED, f"planetary={save(tmp_path / 'x.npz', stage_frf(DAMPED), values=values)}")
+    found = changes(
+        DAMPED, f"planetary={save(tmp_path / 'x.npz', stage_frf(DAMPED), values=values)}"
+    )
     largest = found.comparison.line_max.max()
     at, response, excitation = found.comparison.worst
     assert headline(found) == (
@@ -237,17 +244,17 @@ def test_the_headline_says_that_a_file_is_warned_of(tmp_path: Path) -> None:
     frf = stage_frf(DAMPED)
     values = frf.values.copy()
     values[:, frf.responses.index("coupling.w"), frf.excitations.index("planetary.sun.w")] *= 1.2
-    found = swap(DAMPED, f"planetary={save(tmp_path / 'x.npz', frf, values=values)}")
-    assert "not reciprocal" in found.replacements[0].warnings[0]
+    found = changes(DAMPED, f"planetary={save(tmp_path / 'x.npz', frf, values=values)}")
+    assert "not reciprocal" in found.substitutions[0].warnings[0]
     assert headline(found).startswith("the swap (planetary from x.npz, warned of) changes FRFs")
 
 
 def test_dofs_the_file_lacks_are_left_out_and_said(tmp_path: Path) -> None:
     """Driven at the hub alone, with responses at the hub and the sun: an ordinary measurement."""
     few = stage_frf(SOFTER).select(["coupling.w", "planetary.sun.w"], ["coupling.w"])
-    found = swap(DAMPED, f"planetary={save(tmp_path / 'few.npz', few)}")
-    (replacement,) = found.replacements
-    assert len(replacement.left_out) == 21
+    found = changes(DAMPED, f"planetary={save(tmp_path / 'few.npz', few)}")
+    (substitution,) = found.substitutions
+    assert len(substitution.left_out) == 21
     assert "planetary.sun.w" in found.responses
     assert "planetary.sun.w" not in found.excitations
     assert found.not_compared == (
@@ -260,10 +267,10 @@ def test_dofs_the_file_lacks_are_left_out_and_said(tmp_path: Path) -> None:
     )
 
 
-def test_results_hold_the_swap(softer: Swap) -> None:
+def test_results_hold_the_swap(softer: Changes) -> None:
     result = cross_check(load("paper"), Band(100.0, 900.0, 100.0))
     made = type("Made", (), {"date": "", "platform": "", "versions": {}})()
-    document = results_document(replace(result, swap=softer), made)["swap"]
+    document = plain(results_document(replace(result, substitution=softer), made)["swap"])
     assert document["headline"].startswith("the swap (planetary from softer.npz) changes FRFs")
     assert document["parts"][0]["interface"] == ["coupling.w"]
     assert {c["response"] for c in document["alone"]["planetary"]} >= {"coupling.w"}
@@ -280,7 +287,7 @@ def odd(tmp_path: Path, change: Callable[[Any, Frf], Any]) -> tuple[str, ...]:
     values = frf.values.copy()
     change(values, frf)
     path = save(tmp_path / "odd.npz", frf, values=values)
-    (found,) = read_replacements(DAMPED, [f"planetary={path}"])
+    (found,) = read_substitutions(DAMPED, [f"planetary={path}"])
     assert all(str(path) in warning for warning in found.warnings)
     return found.warnings
 
@@ -333,7 +340,7 @@ def test_millimetres_are_pointed_out(tmp_path: Path) -> None:
 def test_the_line_at_0_hz_is_left_out_and_said(tmp_path: Path) -> None:
     frf = stage_frf(DAMPED)
     path = save(tmp_path / "x.npz", frf, frequency=np.append(0.0, frf.frequency[:-1]))
-    (found,) = read_replacements(DAMPED, [f"planetary={path}"])
+    (found,) = read_substitutions(DAMPED, [f"planetary={path}"])
     assert found.frf.frequency[0] == 10.0
     assert any("0 Hz is left out" in warning for warning in found.warnings)
 
@@ -341,7 +348,7 @@ def test_the_line_at_0_hz_is_left_out_and_said(tmp_path: Path) -> None:
 def test_labels_the_model_lacks_are_left_out_and_said(tmp_path: Path) -> None:
     frf = stage_frf(DAMPED).renamed({"planetary.ring.u": "12.z"})
     path = save(tmp_path / "x.npz", frf)
-    (found,) = read_replacements(DAMPED, [f"planetary={path}"])
+    (found,) = read_substitutions(DAMPED, [f"planetary={path}"])
     assert found.unknown == ("12.z",)
     assert found.left_out == ("planetary.ring.u",)
     assert "12.z" in found.warnings[0]
@@ -410,11 +417,12 @@ def test_files_that_do_not_fit(
     [
         ("missing.npz", None, ["No such file"]),
         ("missing.uff", None, ["No such file"]),
-        ("table.csv", b"1,2", [".csv", ".npz, .uff"]),
+        ("table.csv", b"1,2", ["no header"]),
+        ("table.xls", b"1,2", [".xls", ".npz, .csv, .uff"]),
         ("text.npz", b"this is no archive", ["damaged"]),
         ("empty.npz", b"", ["damaged"]),
         ("cut.npz", b"PK\x03\x04", ["damaged"]),
-        ("text.uff", b"this is no universal file", ["no FRF"]),
+        ("text.uff", b"this is no universal file", ["no universal file"]),
         ("cut.uff", b"    -1\n   164\n", ["truncated"]),
     ],
 )
@@ -445,9 +453,8 @@ def test_foreign_units(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> No
     text = path.read_text(encoding="ascii")
     path.write_text(text.replace("m                   \n", "in                  \n"), "ascii")
     assert "in   " in path.read_text(encoding="ascii")
-    refused(
-        capsys, ["run", "paper", "--replace", f"planetary={path}"], ["inches.uff", "'in'", "SI"]
-    )
+    words = ["inches.uff", "labels say in per N", "SI"]
+    refused(capsys, ["run", "paper", "--replace", f"planetary={path}"], words)
 
 
 @pytest.mark.parametrize(
@@ -503,8 +510,8 @@ def test_a_part_without_dofs_of_its_own_is_refused(tmp_path: Path) -> None:
     path = save(
         tmp_path / "x.npz", small().renamed({"coupling.w": "1.x", "planetary.sun.w": "2.x"})
     )
-    with pytest.raises(CommandError, match="none of its DoFs belong to 'planetary'"):
-        read_replacements(alone, [f"planetary={path}"])
+    with pytest.raises(CommandError, match="none of its DoFs are wanted here"):
+        read_substitutions(alone, [f"planetary={path}"])
 
 
 # --- peaks ----------------------------------------------------------------------------------

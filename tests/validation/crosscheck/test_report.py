@@ -18,15 +18,14 @@ import pytest
 from fbs.files.whole_files import written_whole
 from mbs_models.model.model_file import dumps, load, loads
 from mbs_models.model.parameters import Drivetrain, ParallelStage
-from validation.crosscheck.comparison import cross_check
-from validation.crosscheck.output import write_report
-from validation.crosscheck.results import CrossCheck
-from validation.crosscheck.words import dof_in_words
+from validation.crosscheck.describe import describe_dof
+from validation.crosscheck.result import CrossCheck
+from validation.crosscheck.study import cross_check
 from validation.report.curves import extremes, largest
 from validation.report.digits import scientific
-from validation.routes import equations
+from validation.report.publish import publish
 from validation.routes.bands import Band
-from validation.routes.routes import Source, exudyn_source
+from validation.routes.source import equations_source
 from validation.runtime.output_folder import ReportError
 
 BAND = Band(30.0, 15000.0, 30.0)
@@ -40,12 +39,9 @@ def agreeing() -> CrossCheck:
 
 @pytest.fixture(scope="module")
 def disagreeing() -> CrossCheck:
-    witness = Source(
-        "equations",
-        lambda drivetrain: equations.drivetrain_system(stiffer_bearing(drivetrain)),
-        lambda drivetrain, stage: equations.stage_system(stiffer_bearing(drivetrain), stage),
+    return cross_check(
+        load("paper"), BAND, equations=lambda train: equations_source(stiffer_bearing(train))
     )
-    return cross_check(load("paper"), BAND, sources=(exudyn_source(), witness))
 
 
 def stiffer_bearing(drivetrain: Drivetrain) -> Drivetrain:
@@ -65,7 +61,7 @@ def written(agreeing: CrossCheck, tmp_path_factory: pytest.TempPathFactory) -> t
 
 def read(result: CrossCheck, directory: Path) -> tuple[str, Any]:
     """The written report, and the results as strict JSON."""
-    html, results = write_report(result, directory)
+    html, results, _ = publish(result, directory)
 
     def refuse(word: str) -> None:
         raise AssertionError(f"{word} is no JSON")
@@ -173,7 +169,7 @@ def test_a_stage_alone_has_no_coupling_to_report(tmp_path: Path) -> None:
     result = cross_check(load("lin-parker-4"), BAND, published="lin-parker-4")
     html, results = read(result, tmp_path)
     assert "Conditioning of the interface kernel" not in html
-    assert results["kernel_condition"] == []
+    assert results["kernel_condition"] is None
     assert "Lin & Parker 1999" in text_of(html)
 
 
@@ -185,8 +181,8 @@ def test_stages_left_apart_warn_and_their_zero_frfs_are_no_number_to_hide(tmp_pa
     assert "⚠ Warning" in text_of(html)
     assert results["warnings"] == list(drivetrain.warnings())
     assert results["warnings"]
-    through = results["curves"][-1]["receptance_m_per_n"]["equations"]
-    assert set(through["relative_difference"]) == {None}
+    through = results["curves"][-1]["routes"]["equations"]
+    assert through["largest_relative_difference"] is None
     assert any("relative_difference" in note and "NaN" in note for note in results["notes"])
 
 
@@ -233,24 +229,48 @@ def test_results_hold_every_number(written: tuple[str, Any], agreeing: CrossChec
         assert row["strain_shares"] == mode.shares.strain
 
 
-def test_results_hold_every_line(written: tuple[str, Any], agreeing: CrossCheck) -> None:
+def test_arrays_hold_every_line_in_full(agreeing: CrossCheck, tmp_path: Path) -> None:
+    _, _, path = publish(agreeing, tmp_path)
+    with np.load(path, allow_pickle=False) as file:
+        arrays = dict(file)
+    np.testing.assert_array_equal(arrays["frequency_hz"], agreeing.frequency)
+    np.testing.assert_array_equal(arrays["round_off"], agreeing.round_off)
+    np.testing.assert_array_equal(arrays["kernel_condition"], agreeing.kernel_condition)
+    assert tuple(arrays["dofs"]) == agreeing.dofs
+    routes = list(arrays["routes"])
+    assert routes[0] == agreeing.reference
+    for number, comparison in enumerate(agreeing.comparisons):
+        assert routes[number + 1] == comparison.route
+        np.testing.assert_array_equal(arrays["line_max"][number], comparison.line_max)
+        np.testing.assert_array_equal(arrays["line_median"][number], comparison.line_median)
+        np.testing.assert_array_equal(arrays["pair_max"][number], comparison.pair_max)
+    names = zip(arrays["curve_response"], arrays["curve_excitation"], strict=True)
+    assert list(names) == list(agreeing.curves)
+    for curves, by_route in zip(
+        arrays["receptance_m_per_n"], agreeing.curves.values(), strict=True
+    ):
+        for route, values in zip(routes, curves, strict=True):
+            np.testing.assert_array_equal(values, by_route[route])
+
+
+def test_results_sum_up_every_curve(written: tuple[str, Any], agreeing: CrossCheck) -> None:
     _, results = written
-    lines, dofs = len(agreeing.frequency), len(agreeing.dofs)
-    np.testing.assert_array_equal(results["frequency_hz"], agreeing.frequency)
-    assert len(results["round_off"]) == len(results["kernel_condition"]) == lines
     for ours, comparison in zip(results["comparisons"], agreeing.comparisons, strict=True):
         assert ours["route"] == comparison.route
-        assert np.shape(ours["pair_max"]) == (dofs, dofs)
-        np.testing.assert_allclose(ours["line_max"], comparison.line_max, rtol=1e-4)
-        np.testing.assert_allclose(ours["line_median"], comparison.line_median, rtol=1e-4)
         assert ours["worst"]["scaled_error"] == comparison.line_max.max()
+        assert ours["median_line"] == np.median(comparison.line_max)
     for ours, (pair, by_route) in zip(results["curves"], agreeing.curves.items(), strict=True):
         assert (ours["response"], ours["excitation"]) == pair
-        assert set(ours["receptance_m_per_n"]) == set(by_route)
-        for route, values in by_route.items():
-            written_values = ours["receptance_m_per_n"][route]
-            np.testing.assert_allclose(written_values["real"], values.real, rtol=1e-8)
-            np.testing.assert_allclose(written_values["imag"], values.imag, rtol=1e-8)
+        reference = by_route[agreeing.reference]
+        size = np.abs(reference)
+        assert ours["largest_m_per_n"] == size.max()
+        assert ours["largest_at_hz"] == agreeing.frequency[size.argmax()]
+        assert ours["smallest_m_per_n"] == size.min()
+        assert set(ours["routes"]) == set(by_route) - {agreeing.reference}
+        for route, found in ours["routes"].items():
+            difference = np.abs(by_route[route] - reference) / size
+            assert found["largest_relative_difference"] == difference.max()
+            assert found["frac"] == pytest.approx(1.0, abs=1e-12)
 
 
 def test_what_is_no_number_is_null_and_named(agreeing: CrossCheck, tmp_path: Path) -> None:
@@ -263,11 +283,11 @@ def test_what_is_no_number_is_null_and_named(agreeing: CrossCheck, tmp_path: Pat
     kernel[3] = np.inf
     html, results = read(replace(agreeing, checks=checks, kernel_condition=kernel), tmp_path)
     assert results["checks"][0]["value"] is None
-    assert results["kernel_condition"][3] is None
+    assert results["kernel_condition"] == {"largest": None, "frequency_hz": 120.0}
     assert results["notes"] == [
         "checks[0].value is NaN; written as null",
         "checks[1].value is Infinity; written as null",
-        "kernel_condition[3] is Infinity; written as null",
+        "kernel_condition.largest is Infinity; written as null",
     ]
     assert "not a number" in text_of(html)
 
@@ -278,10 +298,10 @@ def test_what_is_no_number_is_null_and_named(agreeing: CrossCheck, tmp_path: Pat
 def test_directories_are_made_and_nothing_else_is_left(
     agreeing: CrossCheck, tmp_path: Path
 ) -> None:
-    html, results = write_report(agreeing, tmp_path / "some" / "where")
-    assert html == tmp_path / "some" / "where" / "report.html"
-    assert sorted(path.name for path in html.parent.iterdir()) == ["report.html", "results.json"]
-    assert results.parent == html.parent
+    written = publish(agreeing, tmp_path / "some" / "where")
+    names = ["report.html", "results.json", "results.npz"]
+    assert [path.name for path in written] == names
+    assert sorted((tmp_path / "some" / "where").iterdir()) == list(written)
 
 
 def test_an_error_while_rendering_leaves_the_old_report(
@@ -293,9 +313,9 @@ def test_an_error_while_rendering_leaves_the_old_report(
     def fail(*_: object) -> str:
         raise RuntimeError("rendering failed")
 
-    monkeypatch.setattr("validation.crosscheck.output.results_text", fail)
+    monkeypatch.setattr("validation.crosscheck.document.results_document", fail)
     with pytest.raises(RuntimeError, match="rendering failed"):
-        write_report(agreeing, tmp_path)
+        publish(agreeing, tmp_path)
     assert {p.name: p.read_text() for p in tmp_path.iterdir()} == {
         "report.html": "old",
         "results.json": "old",
@@ -311,13 +331,13 @@ def test_a_full_disk_leaves_the_old_report(
     def filling(path: Path) -> Iterator[BinaryIO]:
         with written_whole(path) as file:
             yield file
-            if path.name == "results.json":
+            if path.name == "results.npz":
                 raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("validation.runtime.output_folder.written_whole", filling)
-    monkeypatch.setattr("validation.crosscheck.output.report_html", lambda *_: "new")
+    monkeypatch.setattr("validation.report.publish.page_html", lambda *_: "new")
     with pytest.raises(ReportError, match="cannot be written: No space left on device"):
-        write_report(agreeing, tmp_path)
+        publish(agreeing, tmp_path)
     assert [p.name for p in tmp_path.iterdir()] == ["report.html"]
     assert (tmp_path / "report.html").read_text() == "old"
 
@@ -326,21 +346,19 @@ def test_a_full_disk_leaves_the_old_report(
 def test_a_file_is_no_directory(
     agreeing: CrossCheck, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, below: str
 ) -> None:
-    monkeypatch.setattr("validation.crosscheck.output.report_html", lambda *_: "new")
-    monkeypatch.setattr("validation.crosscheck.output.results_text", lambda *_: "new")
+    monkeypatch.setattr("validation.report.publish.page_html", lambda *_: "new")
     (tmp_path / "taken").write_text("")
     with pytest.raises(ReportError, match=r"taken.*file; give a directory"):
-        write_report(agreeing, tmp_path / "taken" / below)
+        publish(agreeing, tmp_path / "taken" / below)
 
 
 def test_a_directory_is_no_file(
     agreeing: CrossCheck, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("validation.crosscheck.output.report_html", lambda *_: "new")
-    monkeypatch.setattr("validation.crosscheck.output.results_text", lambda *_: "new")
+    monkeypatch.setattr("validation.report.publish.page_html", lambda *_: "new")
     (tmp_path / "results.json").mkdir()
     with pytest.raises(ReportError, match=r"results\.json: cannot be written: it is a directory"):
-        write_report(agreeing, tmp_path)
+        publish(agreeing, tmp_path)
     assert [p.name for p in tmp_path.iterdir()] == ["results.json"]
 
 
@@ -376,7 +394,7 @@ def test_columns_of_nothing_and_of_one_line() -> None:
     ],
 )
 def test_dofs_in_words(label: str, words: str) -> None:
-    assert dof_in_words(load("paper"), label) == words
+    assert describe_dof(load("paper"), label) == words
 
 
 @pytest.mark.parametrize(
@@ -409,7 +427,11 @@ def test_time_integration_has_its_section(tmp_path: Path) -> None:
     assert "mathdefault" not in html  # tick labels in words, not in TeX
     record = results["time_domain"]
     assert record["excitation"] == "planetary.sun.w"
-    assert len(record["transient"]["real"]) == len(record["responses"])
-    assert len(record["transient"]["real"][0]) == len(record["frequency_hz"])
+    with np.load(tmp_path / "results.npz") as arrays:
+        assert list(arrays["time_response"]) == record["responses"]
+        assert arrays["time_transient_m_per_n"].shape == (
+            len(record["responses"]),
+            len(arrays["time_frequency_hz"]),
+        )
     assert max(record["worst_db"]) <= 0.1
     assert [c["agrees"] for c in results["checks"] if "time integration" in c["name"]] == [True] * 2

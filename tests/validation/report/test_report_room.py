@@ -10,6 +10,7 @@ from enum import StrEnum
 from io import StringIO
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from validation.checks.check import Check
 from validation.report.console import print_table, print_verdicts, say
 from validation.report.documents import document_text, not_finite, plain
 from validation.report.frf_panel import (
+    MAGNITUDE,
     Curve,
     Difference,
     FrfPanel,
@@ -27,13 +29,12 @@ from validation.report.frf_panel import (
     coincident_curves,
     difference_decades,
     differences_of,
-    draw_panel,
+    frf_figure,
     reference_curve,
 )
 from validation.report.page import Page, Section, Table, Verdict, Verdicts
 from validation.report.pages import page_html
 from validation.report.provenance import provenance
-from validation.report.style import styled
 from validation.report.verdicts import along_strip, verdict_table
 
 RIGHT = Check("poles", "all", ("a", "b"), "largest difference", 1e-9, 1e-8, "round-off")
@@ -160,16 +161,20 @@ def test_coincident_curves_take_turns_and_every_peak_is_drawn() -> None:
         modes=(Mode("global", 12_346.0, "k"),),
         phase=True,
     )
-    with styled():
-        figure = draw_panel(panel)
-    assert len(figure.axes) == 4  # modes, magnitude, phase, difference
-    for line in figure.axes[1].lines:
-        level = np.asarray(line.get_ydata())
-        assert (level.max(), level.min()) == pytest.approx((-60.0, -300.0))
-        assert len(level) < 3000
-    assert [text.get_text() for text in figure.legends[0].get_texts()] == [
-        "reference", "one", "other",
-    ]  # fmt: skip
+    drawing = ElementTree.fromstring(frf_figure(panel, "panel", "an FRF"))
+    svg = "{http://www.w3.org/2000/svg}"
+    frames = [child for child in drawing if child.get("id")]
+    assert len(frames) == 4  # modes, magnitude, phase, difference
+    drawn = frames[1].findall(f"{svg}g/{svg}path")
+    assert len(drawn) == 3
+    for path in drawn:
+        points = re.findall(r"[ML](\S+) ([\d.]+)", path.get("d", ""))
+        heights = [float(y) for _, y in points]
+        # From −60 to −300 dB, which the axis exceeds by a twentieth at either end.
+        assert max(heights) - min(heights) == pytest.approx(72.0 * MAGNITUDE / 1.1, abs=0.02)
+        assert len(points) < 3000
+    words = [text.text for text in drawing.findall(f"{svg}text")]
+    assert [word for word in words if word != "global"] == ["reference", "one", "other"]
 
 
 def test_decades_hold_values_and_tolerance() -> None:

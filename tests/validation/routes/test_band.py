@@ -11,14 +11,15 @@ import numpy as np
 import pytest
 
 from fbs import FbsError
-from fbs.frf import axis_ends, frequency_axis
+from fbs.axes import axis_ends, frequency_axis
 from mbs_models.model.model_file import load, preset_names
 from tests.validation.command_line import call
-from validation.crosscheck.comparison import report_pairs
+from validation.crosscheck.study import report_pairs
 from validation.errors import CommandError
 from validation.routes import memory
 from validation.routes.bands import Band, band
-from validation.routes.routes import EQUATIONS, build_model, comparison_routes
+from validation.routes.routes import comparison_routes
+from validation.routes.source import equations_source
 
 PAIR = ["--response", "planetary.sun.w", "--excitation", "reducer.pinion.w"]
 SWEEP = ["sweep", "--vary", "reducer.pinion.mass=1:2:3", *PAIR]
@@ -131,7 +132,7 @@ def test_the_limit_itself_is_allowed() -> None:
 @pytest.mark.parametrize("name", preset_names())
 def test_no_report_has_more_curves_than_counted(name: str) -> None:
     drivetrain = load(name)
-    model = build_model(EQUATIONS, drivetrain)
+    model = equations_source(drivetrain)
     routes = 1 + len(comparison_routes(model, model))
     curves = memory.run_bytes(drivetrain) / memory.BYTES_PER_CURVE_VALUE
     assert len(report_pairs(drivetrain)) * routes <= curves

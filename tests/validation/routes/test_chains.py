@@ -13,10 +13,10 @@ from fbs import (
     sparse_frf,
 )
 from mbs_models.model.model_file import load
+from tests.planetary_chain import planetary_chain
 from tests.strategies import DAMPED, damped
 from validation.checks.metrics import scaled_error
-from validation.routes.chains import planetary_chain
-from validation.routes.routes import EQUATIONS, build_model
+from validation.routes.source import equations_source
 
 AXIS = frequency_axis(50, 5000, 10)
 
@@ -24,7 +24,7 @@ AXIS = frequency_axis(50, 5000, 10)
 @pytest.fixture(scope="module")
 def chain():
     (stage,) = load("lin-parker-4").stages
-    return build_model(EQUATIONS, planetary_chain(stage, 4, damping=DAMPED))
+    return equations_source(planetary_chain(stage, 4, damping=DAMPED))
 
 
 def test_no_two_stages_are_alike(chain):
@@ -45,7 +45,7 @@ def test_a_planetary_chain_stage_by_stage(chain):
 
 @pytest.mark.parametrize("preset", ["paper", "geared-torsional", "wind-turbine"])
 def test_presets_by_every_route_for_large_systems(preset):
-    model = build_model(EQUATIONS, damped(load(preset)))
+    model = equations_source(damped(load(preset)))
     exact = direct_frf(model.whole, AXIS)
     sparse = SparseSystem.of(model.whole)
     # the hub of the paper's preset, 4e-8 kg on 1e8 N/m, leaves the direct solution 1e-9

@@ -12,10 +12,11 @@ from mbs_models.errors import OrbitError
 from mbs_models.model.model_file import dumps, load
 from tests.strategies import changed
 from tests.validation.command_line import call
-from validation.crosscheck.comparison import cross_check
+from validation.crosscheck.study import cross_check
 from validation.routes.bands import Band
-from validation.routes.comparable_lines import judged, known, percent, within_range
-from validation.routes.time_domain import time_domain
+from validation.routes.comparable_lines import describe, known, percent, within_range
+from validation.routes.source import exudyn_source
+from validation.routes.time_domain import time_domain, with_damping
 
 W = "planetary.sun.w"
 
@@ -28,13 +29,13 @@ def test_what_is_judged_of_less_than_half_of_the_band_is_named() -> None:
     compared = np.ones((10, 3), bool)
     compared[2:, 1] = False
     compared[:, 2] = False
-    assert judged("abc", frequency, compared) == (
+    assert describe("abc", frequency, compared) == (
         "judged on 12 of 30 lines (40 %); on less than half of the band at "
         "c (nowhere); b (20 %, none above 20 Hz)"
     )
     compared[:5, 1:] = True
-    assert judged("abc", frequency, compared) == "judged on 20 of 30 lines (67 %)"
-    assert judged("abc", frequency, np.ones((10, 3), bool)) == "judged on all lines"
+    assert describe("abc", frequency, compared) == "judged on 20 of 30 lines (67 %)"
+    assert describe("abc", frequency, np.ones((10, 3), bool)) == "judged on all lines"
 
 
 def test_all_but_one_line_is_not_all() -> None:
@@ -49,28 +50,29 @@ def test_all_but_one_line_is_not_all() -> None:
 
 def test_the_verdict_in_time_says_its_share(capsys: pytest.CaptureFixture[str]) -> None:
     """The generator behind two more stages is 170 dB below the sun that is pushed."""
-    from validation.crosscheck import console as screen
+    from validation.crosscheck.console import print_result
+    from validation.report.console import console
 
     result = cross_check(load("wind-turbine"), Band(500.0, 4000.0, 500.0), in_time=True)
     assert result.time_domain is not None
-    share = result.time_domain.judged
+    share = result.time_domain.comparable
     assert "on less than half of the band at " in share
     assert "generator.w ← low_speed.sun.w" in share
     assert result.time_domain.worst_db.max() <= 0.02  # 1e-3, what a line is known to, is 0.009 dB
     notes = [c.note for c in result.checks if "time integration" in c.name]
     assert notes == [share, share]
-    screen.verdicts(result)
-    told = " ".join(capsys.readouterr().out.split())
-    assert f"FRFs from time integration: {share}." in told
+    print_result(result, console())
+    printed = " ".join(capsys.readouterr().out.split())
+    assert f"FRFs from time integration: {share}." in printed
 
 
 def test_every_line_of_the_paper_is_judged_in_time() -> None:
     """Down to 180 dB below the rise towards 0 Hz; measured 4e-4 dB."""
-    found = time_domain(load("paper"), "reducer.pinion.w")
+    found = time_domain(exudyn_source(with_damping(load("paper"))), "reducer.pinion.w")
     size = np.abs(found.substructured)
     assert (size / size.max(axis=0)).min() < 1e-8
     assert found.compared.all()
-    assert found.judged == "judged on all lines"
+    assert found.comparable == "judged on all lines"
     assert found.worst_db.max() < 5e-3
 
 
@@ -92,13 +94,13 @@ def test_lines_within_80_db_are_judged_however_they_scatter() -> None:
     ]  # fmt: skip
 
 
-def test_an_orbit_that_does_not_close_is_told_on_the_screen(
+def test_an_orbit_that_does_not_close_is_told_on_the_console(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def open_orbit(*arguments: object, **options: object) -> None:
         raise OrbitError("the periodic orbit does not close")
 
-    monkeypatch.setattr("validation.crosscheck.comparison.time_domain", open_orbit)
+    monkeypatch.setattr("validation.crosscheck.study.time_domain", open_orbit)
     stage = load("lin-parker-3").stage("planetary").model_dump(by_alias=True, exclude_unset=True)
     apart = changed(load("lin-parker-3"), stage=[stage, stage | {"name": "second"}], coupling=[])
     path = tmp_path / "apart.toml"

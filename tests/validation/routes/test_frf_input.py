@@ -54,9 +54,9 @@ FAULTS = [
     (empty, ".npz", NPZ),
     (cut, ".npz", "the file is damaged"),
     (flipped, ".npz", "the file is damaged"),
-    (objects, ".npz", "its array frequency is damaged, or no plain numbers or text"),
+    (objects, ".npz", "its array frequency holds Python objects; it must be real numbers (Hz)"),
     (nameless, ".npz", "it is one array without names; needed are frequency, values"),
-    (junk, ".uff", "no FRF (dataset 58, function type 4) inside"),
+    (junk, ".uff", "it is no universal file: there are no datasets at all"),
     (empty, ".uff", "no FRF (dataset 58, function type 4) inside"),
     (cut, ".uff", "the file is truncated: its last dataset has no end"),
 ]

@@ -17,9 +17,10 @@ from tests.strategies import with_coupling
 from tests.validation.command_line import call
 from validation.checks.metrics import subspace_mac
 from validation.checks.pole_checks import KNOWN, MAC_TOLERANCE, allowed_mac_defects
-from validation.crosscheck.comparison import cross_check
+from validation.crosscheck.study import cross_check
 from validation.routes.bands import Band
-from validation.routes.modes import equation_modes, known_to, round_off_warnings
+from validation.routes.modes import known_to, round_off_warnings
+from validation.routes.source import equations_source
 
 COARSE = Band(50.0, 4000.0, 50.0)
 HUBS = [4.48e-8, 1e-10, 1e-12, 1e-14]  # kg; K/m of the last is λ = 1e22 (rad/s)²
@@ -44,7 +45,7 @@ def file_with_hub(directory: Path, mass: str) -> str:
 def test_frequencies_lie_within_their_round_off(mass: float) -> None:
     """n·eps·λ_max bounds a symmetric eigensolution's error of λ; a sixth of it is used here."""
     found = drivetrain_modes(hub(mass))
-    for mode, exact in zip(found.modes, equation_modes(hub(mass)).modes, strict=True):
+    for mode, exact in zip(found.modes, equations_source(hub(mass)).modes.modes, strict=True):
         assert abs(mode.frequency_hz - exact.frequency_hz) <= mode.round_off_hz
     largest = (2.0 * np.pi * found.modes[-1].frequency_hz) ** 2
     expected = len(found.modes) * np.finfo(float).eps * largest

@@ -20,7 +20,7 @@ from mbs_models.model.model_file import load
 from mbs_models.model.parameters import Drivetrain
 from validation.errors import CommandError
 from validation.routes.bands import Band
-from validation.routes.routes import EQUATIONS, exudyn_source
+from validation.routes.source import equations_source, exudyn_source
 from validation.runtime.executors import Workers, process_pool
 from validation.sweep import sample as sweep_sample
 from validation.sweep.parameters import Samples, Values, changed, model_data, samples_of, steps_to
@@ -60,14 +60,14 @@ def assert_same(one: SampleResults, other: SampleResults) -> None:
 # What is computed
 
 
-def errors_against_the_rebuilt_whole(drivetrain, found, outcome, source, paths):
+def errors_of_the_sweep(drivetrain, found, outcome, source, paths):
     """Scaled error of |H| per line and sample: |Δ| / √(h_response h_excitation)."""
     frequency = BAND.frequency()
     worst = []
     for values, magnitude in zip(found.rows, outcome.magnitude, strict=True):
         data = model_data(drivetrain)
         places = [steps_to(data, path) for path in paths]
-        system = source.whole(changed(data, dict(zip(places, values, strict=True))))
+        system = source(changed(data, dict(zip(places, values, strict=True)))).whole
         h = direct_frf(system, frequency)
         scale = [np.linalg.norm(h.select([label]).values[:, 0], axis=1) for label in PAIR]
         error = np.abs(magnitude - np.abs(h.between(*PAIR)))
@@ -90,15 +90,14 @@ def test_equals_the_rebuilt_whole(paper, options, is_damped):
     found = samples_of(drivetrain, options)
     outcome = sweep(sweep_plan(drivetrain, found, BAND, PAIR, 0, "equations"), found.rows)
     assert set(outcome.status) == {"ok"}
-    worst = errors_against_the_rebuilt_whole(drivetrain, found, outcome, EQUATIONS, found.paths)
+    worst = errors_of_the_sweep(drivetrain, found, outcome, equations_source, found.paths)
     assert max(worst) < 1e-8
 
 
 def test_exudyn_equals_the_rebuilt_whole(paper):
     found = samples_of(paper, [f"{SPRING}=1e5:1e7:3log", "planetary.planets=3,4"])
     outcome = sweep(sweep_plan(paper, found, BAND, PAIR, 12), found.rows)
-    source = exudyn_source()
-    worst = errors_against_the_rebuilt_whole(paper, found, outcome, source, found.paths)
+    worst = errors_of_the_sweep(paper, found, outcome, exudyn_source, found.paths)
     assert max(worst) < 1e-8
     modes = drivetrain_modes(changed_to(paper, found, 3)).modes[:12]
     expected = [mode.frequency_hz for mode in modes]
@@ -116,7 +115,7 @@ def test_the_interface_solve_is_a_joint_of_what_the_spring_is_stiffer_by(paper):
     """One spring's update is `fbs.couple` with the difference to k₀ as a flexible joint."""
     wide = with_value(paper, "coupling.radius", 0.06)  # so that the joint's ratio is not one
     frequency = BAND.frequency()
-    whole = direct_frf(EQUATIONS.whole(with_value(wide, SPRING, 1e6)), frequency)
+    whole = direct_frf(equations_source(with_value(wide, SPRING, 1e6)).whole, frequency)
     deflection = spring_deflection(wide, "coupling", "second_stiffness")
     ratio = deflection["planetary.sun.w"]
     assert ratio == pytest.approx(0.06 / 0.0387)

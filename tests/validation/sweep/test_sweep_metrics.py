@@ -16,7 +16,7 @@ from mbs_models.model.parameters import Drivetrain
 from validation.cli import main
 from validation.errors import CommandError
 from validation.routes.bands import Band
-from validation.routes.routes import EQUATIONS
+from validation.routes.source import equations_source
 from validation.sweep.figures import pictures
 from validation.sweep.metrics import Findings, columns, metrics
 from validation.sweep.parameters import changed, model_data, samples_of, steps_to
@@ -130,7 +130,7 @@ def test_against_rebuilt_systems(paper):
     places = [steps_to(data, path) for path in variation.paths]
 
     def level(drivetrain: Drivetrain) -> float:
-        frf = direct_frf(EQUATIONS.whole(drivetrain), [70.0], [PAIR[0]], [PAIR[1]])
+        frf = direct_frf(equations_source(drivetrain).whole, [70.0], [PAIR[0]], [PAIR[1]])
         return 20.0 * math.log10(abs(frf.values[0, 0, 0]))
 
     for values, row in zip(variation.rows, outcome.metrics, strict=True):

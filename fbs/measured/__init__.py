@@ -1,0 +1,1 @@
+"""What is known of measured FRFs: their quality, their uncertainty, their axes."""

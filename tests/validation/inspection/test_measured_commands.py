@@ -1,0 +1,314 @@
+"""inspect and estimate: what files hold, and hammer records that become a part's FRFs."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.stats import f as f_distribution
+
+from fbs import Frf, Record, direct_frf, frequency_axis, write_uff
+from fbs.files.channel_map import map_of
+from fbs.files.frf_files import read_frf, write_frf
+from fbs.files.record_files import write_record
+from fbs.measured.from_records import frf_from_records
+from mbs_models.integration.integrators import Integrator
+from mbs_models.integration.time_integration import simulate
+from mbs_models.model.excitation import Excitation
+from mbs_models.model.model_file import load
+from mbs_models.signals.sines import HalfSine
+from mbs_models.system.drivetrain import build_stage
+from tests.validation.command_line import call
+from validation.inspection.nodes import dof_channels
+from validation.routes import multibody
+
+RIG = """
+name = "reducer and brake"
+[damping]
+stiffness_proportional = 2e-6
+mass_proportional = 60.0
+[[stage]]
+type = "parallel"
+name = "reducer"
+mesh_stiffness = 2.0e8
+[stage.pinion]
+mass = 3.0
+base_radius = 0.05
+polar_inertia = 0.005
+diametral_inertia = 0.004
+bearing_y = 2e8
+bearing_z = 1e8
+bearing_rocking = 1e6
+[stage.wheel]
+mass = 9.0
+base_radius = 0.12
+polar_inertia = 0.06
+diametral_inertia = 0.04
+bearing_y = 3e8
+bearing_z = 1e8
+bearing_rocking = 2e6
+[[inertia]]
+name = "brake"
+radius = 0.1
+polar_inertia = 0.2
+torsional_stiffness = 1.0e5
+[[coupling]]
+name = "shaft"
+first = "reducer.wheel"
+second = "brake"
+radius = 0.1
+inertia = 0.002
+first_stiffness = 4.0e7
+second_stiffness = 4.0e7
+"""
+DOFS = ("brake.w", "shaft.w")
+AXIS = frequency_axis(2, 400, 2)
+
+
+@pytest.fixture
+def rig(tmp_path: Path) -> Path:
+    (tmp_path / "rig.toml").write_text(RIG)
+    return tmp_path / "rig.toml"
+
+
+def brake(rig: Path) -> Frf:
+    return direct_frf(multibody.stage_system(load(str(rig)), "brake"), AXIS).to("accelerance")
+
+
+# --- inspect -----------------------------------------------------------------------------------
+
+
+def test_inspect_says_what_a_file_holds_and_prints_a_map(
+    rig: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    frf = brake(rig).renamed({"brake.w": "12.z", "shaft.w": "7.z"})
+    write_uff(frf, tmp_path / "x.uff", coherence=np.full(frf.values.shape, 0.97))
+    assert call("inspect", str(tmp_path / "x.uff"), "--model", str(rig)) == 0
+    told = capsys.readouterr().out
+    for words in (
+        "4 FRFs", "4 coherences", "data type 12 per 13, units m/s^2 per N, 200 values",
+        "unit system (dataset 164): SI, length 1, force 1",
+        "taken: accelerance, 2 × 2, 200 lines from 2 to 400 Hz",
+        "nothing that a passive, reciprocal structure does not have",
+        "coherence: median 0.9700, least 0.970", "# DoFs of the model: brake.w",
+        '"DOF" = "12.z"  # response and reference',
+    ):  # fmt: skip
+        assert words in told
+    text = told[told.index("[map]") :].replace('"DOF"', '"brake.w"', 1).replace("DOF", "shaft.w", 1)
+    (tmp_path / "map.toml").write_text(text)
+    assert set(map_of(tomllib.loads(text)["map"]).responses) == set(DOFS)
+    out = str(tmp_path / "out")
+    replaced = ["run", str(rig), "--replace", f"brake={tmp_path / 'x.uff'}", "--out", out]
+    assert call(*replaced) == 2
+    assert "none of its DoFs are wanted here: it has 12.z, 7.z" in capsys.readouterr().err
+    assert call(*replaced, "--map", str(tmp_path / "map.toml")) == 0
+    assert "changes nothing" in capsys.readouterr().out
+
+
+def test_inspect_finds_what_no_structure_has(
+    rig: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    frf = brake(rig)
+    values = frf.values.copy()
+    values[50:60, 0, 1] *= 1.5
+    values[:, 1, 1] *= -1
+    write_uff(Frf(AXIS, values, DOFS, DOFS, "accelerance"), tmp_path / "x.uff")
+    assert call("inspect", str(tmp_path / "x.uff")) == 0
+    told = capsys.readouterr().out
+    assert "not reciprocal: brake.w, shaft.w differ by" in told
+    assert "drive point shaft.w: mobility's phase beyond ±90°" in told
+    assert "not passive as a matrix: λ_min = −" in told
+
+
+def test_inspect_a_record(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "x.csv").write_text(
+        "time (s),force h (N),acc 1.z (g)\n" + "".join(f"{k},{k % 7},1\n" for k in range(20))
+    )
+    assert call("inspect", str(tmp_path / "x.csv")) == 0
+    told = capsys.readouterr().out
+    assert "record: 20 samples at 1 Hz, 20 s; outputs as acceleration, m/s²" in told
+    assert "force h: peak 6" in told
+    assert "motion 1.z: peak 9.807, rms 9.807, mean 9.8, clipped?" in told
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        ("x.toml", "", "the ending .toml is not known; allowed: .npz"),
+        ("x.csv", "a,b\n1,2\n", "as FRFs: its first column is 'a'; it must be the frequency"),
+        ("x.npz", "junk", "as FRFs: the file is damaged, or no .npz"),
+        ("x.wav", "junk", "as a record: the file is damaged, or no WAV"),
+        ("none.uff", None, "as FRFs: cannot be read: No such file"),
+    ],
+)
+def test_inspect_names_what_is_wrong(
+    name: str, content: str | None, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    if content is not None:
+        (tmp_path / name).write_text(content)
+    assert call("inspect", str(tmp_path / name)) == 2
+    told = capsys.readouterr().err
+    assert told.startswith(f"crosscheck: {tmp_path / name}: ")
+    assert words in told
+    assert told.count("\n") == 1
+
+
+# --- what frf writes ---------------------------------------------------------------------------
+
+
+def test_nodes_and_directions_of_a_drivetrain(rig: Path) -> None:
+    channels = dof_channels(load(str(rig)))
+    assert {label: (c.node, c.direction) for label, c in channels.items()} == {
+        "reducer.pinion.w": (1, 6), "reducer.pinion.y": (1, 2), "reducer.pinion.z": (1, 3),
+        "reducer.pinion.rho": (1, -5), "reducer.wheel.w": (2, -6), "reducer.wheel.y": (2, 2),
+        "reducer.wheel.z": (2, 3), "reducer.wheel.rho": (2, 5), "brake.w": (3, 6),
+        "shaft.w": (4, 6),
+    }  # fmt: skip
+    assert channels["reducer.wheel.w"].radius == 0.12
+    assert len({(c.node, abs(c.direction)) for c in channels.values()}) == len(channels)
+
+
+@pytest.mark.parametrize("ending", [".uff", ".csv", ".mat"])
+def test_what_frf_writes_is_taken_by_run(
+    ending: str, rig: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, both = str(tmp_path / f"brake{ending}"), ",".join(DOFS)
+    every = ["--response", both, "--excitation", both, "--fmin", "2", "--fmax", "400", "--df", "2"]
+    assert call("frf", str(rig), "--stage", "brake", *every, "--output", path) == 0
+    if ending == ".uff":
+        found = read_frf(path)
+        assert found.angles == found.moments == set(DOFS)  # rad per N m, at true nodes
+    out = str(tmp_path / "out")
+    assert call("run", str(rig), "--replace", f"brake={path}", "--out", out) == 0
+    captured = capsys.readouterr()
+    assert captured.err == ""
+    assert "changes nothing" in captured.out
+
+
+def test_noise_gives_bands(rig: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    frf = brake(rig)
+    write_uff(Frf(AXIS, frf.values * 1.05, DOFS, DOFS, "accelerance"), tmp_path / "x.uff")
+    given = ["run", str(rig), "--replace", f"brake={tmp_path / 'x.uff'}"]
+    assert call(*given, "--noise", "0.2%,0.1deg", "--out", str(tmp_path / "out")) == 0
+    told = capsys.readouterr().out
+    assert "(95 %) at" in told
+    assert "of it by brake's shaft.w ← shaft.w" in told
+    assert "the change there is beyond that" in told  # 5 % of the FRFs against 0.2 %
+    assert call(*given, "--noise", "2", "--out", str(tmp_path / "out")) == 2
+    assert "--noise = '2': give a percentage" in capsys.readouterr().err
+
+
+def test_files_of_other_lines_are_interpolated_when_asked(
+    rig: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    drivetrain, out = load(str(rig)), str(tmp_path / "out")
+    files = {}
+    for part, axis in (("brake", frequency_axis(3, 399, 1)), ("reducer", AXIS)):
+        files[part] = tmp_path / f"{part}.npz"
+        write_frf(direct_frf(multibody.stage_system(drivetrain, part), axis), files[part])
+    given = ["run", str(rig), "--out", out]
+    for part, path in files.items():
+        given += ["--replace", f"{part}={path}"]
+    assert call(*given) == 2
+    told = capsys.readouterr().err
+    assert "they have 3 to 399 Hz in common" in told
+    assert "--resample interpolates" in told
+    assert call(*given, "--resample") == 0
+    captured = capsys.readouterr()
+    assert (
+        "reducer.npz ('reducer'): interpolated to 397 lines, with an error of up to" in captured.err
+    )
+    assert call(*given, "--resample", "--df", "2.5") == 0
+
+
+# --- estimate ----------------------------------------------------------------------------------
+
+BLOWS, NOISE = 6, 2e-3
+
+
+def hammered(rig: Path, rng: np.random.Generator) -> list[Record]:
+    """Blows at both DoFs of the brake alone, by exudyn in time; sensors' noise is added.
+
+    Sampled at every step: a half-sine's corners have all frequencies, and there is no filter. The
+    sum of its samples is off its integral by (π/51.2)²/12 = 3e-4 where a blow has 51.2 of them.
+    """
+    system = build_stage(load(str(rig)), "brake")
+    integrator = Integrator("RK44", 1 / 51200, "")
+    records = []
+    for dof in DOFS:
+        blow = Excitation(dof, HalfSine(100.0, 1e-3, start=2e-3))
+        run = simulate(
+            system, [blow], duration=0.5, integrator=integrator, sampling_frequency=51200.0,
+            responses=DOFS, record=("displacement",),
+        )  # fmt: skip
+        assert run.displacement is not None
+        size = np.abs(run.displacement).max(axis=0)
+        for _ in range(BLOWS):
+            strength = rng.uniform(0.5, 2.0)
+            noise = NOISE * size * rng.standard_normal(run.displacement.shape)
+            motion = strength * run.displacement + noise
+            records.append(
+                Record(51200.0, strength * run.forces, motion, (dof,), DOFS, "receptance")
+            )
+    return records
+
+
+def test_hammer_records_become_a_part(
+    rig: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    records = hammered(rig, np.random.default_rng(12))
+    paths = []
+    for number, record in enumerate(records):
+        paths.append(str(tmp_path / f"blow{number}.npz"))
+        write_record(record, paths[-1])
+    target = str(tmp_path / "brake.uff")
+    band = ["--fmin", "10", "--fmax", "400"]
+    assert call("estimate", *paths, "--output", target, *band) == 0
+    told = capsys.readouterr().out
+    assert "receptance by H1 (hammer), 2 × 2, 196 lines from 10 to 400 Hz" in told
+    assert "averages: brake.w: 6, shaft.w: 6" in told
+    found = frf_from_records(records, fmin=10.0, fmax=400.0)
+    assert found.variance is not None
+    exact = brake(rig).band(10.0, 400.0).to("receptance").values
+    # F(2, 2 (6 − 1)) of |ΔH|² / variance; 784 values, of which a line's four share their blows
+    limit = f_distribution.ppf(0.95, 2, 10)
+    inside = np.abs(found.frf.values - exact) ** 2 < limit * found.variance
+    assert 0.90 < inside.mean() < 0.99
+    out = str(tmp_path / "out")
+    assert call("run", str(rig), "--replace", f"brake={target}", "--out", out) == 0
+    assert "The swap (brake from brake.uff" in capsys.readouterr().out
+
+
+def test_motions_without_a_force_are_no_frfs(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "x.csv").write_text("time (s),acc a (g),acc b (g)\n0,1,2\n1,2,1\n")
+    target = tmp_path / "x.uff"
+    assert call("estimate", str(tmp_path / "x.csv"), "--output", str(target)) == 2
+    assert "motions alone give transmissibilities, no FRFs" in capsys.readouterr().err
+    assert not target.exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--output", "x.xls"], "--output = x.xls: the ending .xls is not known; allowed: .npz"),
+        (["--output", "x.npz", "--method", "H3"], "--method = 'H3': must be one of H1, H2, Hv"),
+        (["--output", "x.npz", "--signal", "sine"], "--signal = 'sine': must be one of hammer"),
+        (["--output", "x.npz", "--df", "0"], "--df = 0.0: must be greater than 0 (Hz)"),
+        (["--output", "x.npz", "--channel", "1=N"], "--channel = '1=N': give NAME=LABEL UNIT"),
+    ],
+)
+def test_options_of_estimate(
+    arguments: list[str],
+    words: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("r.csv").write_text("time (s),force f (N),acc a (g)\n0,1,2\n1,2,1\n2,0,0\n3,0,0\n")
+    assert call("estimate", "r.csv", *arguments) == 2
+    assert words in capsys.readouterr().err

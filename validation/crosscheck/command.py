@@ -1,0 +1,68 @@
+"""`crosscheck run`: from what is typed to files and a verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from mbs_models.modal.mode_kinds import label_inertias
+from mbs_models.model.model_file import load
+
+from ..checks.part_uncertainty import Noise
+from ..report.command import run_study
+from ..routes.bands import Band, band
+from ..routes.frf_input import NOTHING_SAID, FileOptions
+from ..routes.memory import require_memory, run_bytes
+from ..routes.substitution import read_substitutions
+from ..runtime.progress import Progress
+from ..runtime.streams import warn
+from .result import ARRAYS, CrossCheck
+
+MOST_DOFS_IN_TIME = 60  # larger systems take minutes to integrate: only when asked for
+
+
+def run_command(
+    model: str,
+    out: Path,
+    *,
+    fmin: float | None = None,
+    fmax: float | None = None,
+    df: float | None = None,
+    replace: Sequence[str] = (),
+    options: FileOptions = NOTHING_SAID,
+    noise: Noise | None = None,
+    in_time: bool | None = None,
+) -> CrossCheck:
+    """Compare all routes, write the report, and print what was found; the options as typed.
+
+    Raises
+    ------
+    ModelError, FbsError, CommandError
+        Bad input; nothing is written then.
+    """
+    drivetrain = load(model)
+    n_dofs = len(label_inertias(drivetrain))
+    files = read_substitutions(drivetrain, replace, fmin, fmax, df, options)
+    lines = Band.of(files[0].frf.frequency) if files else band(fmin, fmax, df, n_dofs**2)
+    require_memory(lines, run_bytes(drivetrain), "the report's curves")
+    if in_time is None:
+        in_time = n_dofs <= MOST_DOFS_IN_TIME and not files
+    known = [*drivetrain.warnings(), *(warning for file in files for warning in file.warnings)]
+    warn(known)
+
+    def study(_: Path, progress: Progress) -> CrossCheck:
+        from .study import cross_check  # takes its time to load: bad input is told before
+
+        return cross_check(
+            drivetrain,
+            lines,
+            published=model,
+            progress=progress,
+            substitutions=files,
+            noise=noise,
+            in_time=in_time,
+        )
+
+    from .console import print_result
+
+    return run_study(study, out, (*CrossCheck.files, ARRAYS), print_result, known=known)

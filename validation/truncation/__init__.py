@@ -1,0 +1,1 @@
+"""`crosscheck truncate`: which modes each stage needs, guaranteed."""
