@@ -42,6 +42,7 @@ from .cli_options import (
     named,
 )
 from .runtime.exit_codes import BAD_INPUT, exit_code
+from .runtime.streams import say
 
 app = typer.Typer(
     name="crosscheck",
@@ -427,7 +428,7 @@ def new(
     from mbs_models.model.model_file import template, write_new
 
     write_new(file, template(source))
-    print(f"{file}: written, from preset '{source}'")
+    say(f"{file}: written, from preset '{source}'")
 
 
 @app.command()

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from ..contact.mesh_excitation import CONSTANT, MeshLaw, at_mean
 from ..errors import ModelError
 from ..model.excitation import Excitation
+from ..model.operation import SPEEDS, TORQUES
 from ..model.parameters import Drivetrain
 from ..model.placement import turnings
 from ..stages.part import Part
@@ -111,8 +112,10 @@ def operating_point(
             f"{drivetrain.name}: no [operation] table; an operating point needs its input (and "
             "speed, torque)"
         )
-    speed = _finite("speed", operation.speed if speed_rpm is None else speed_rpm, "rpm")
-    moment = _finite("torque", operation.torque if torque is None else torque, "N m") or 0.0
+    speed = _within("speed", operation.speed if speed_rpm is None else speed_rpm, SPEEDS, "rpm")
+    moment = (
+        _within("torque", operation.torque if torque is None else torque, TORQUES, "N m") or 0.0
+    )
     system = build_drivetrain(drivetrain)
     linear, parts = linearize(system), components(system)
     if speed == 0.0:
@@ -158,9 +161,12 @@ def linearized_part(drivetrain: Drivetrain, name: str, point: OperatingPoint) ->
     return linearized_at(system, np.array(motion))
 
 
-def _finite(key: str, value: float | None, unit: str) -> float | None:
-    if value is not None and not math.isfinite(value):
-        raise ModelError(f"{key} = {value}: must be a finite number ({unit})")
+def _within(key: str, value: float | None, limits: tuple[float, float], unit: str) -> float | None:
+    least, most = limits
+    if value and not least <= abs(value) <= most:
+        raise ModelError(
+            f"{key} = {value:g} {unit}: must be 0, or within {least:g} to {most:g} in magnitude"
+        )
     return value
 
 

@@ -1,20 +1,25 @@
 """Where the samples of a run go: memory, or a directory from which it is resumed.
 
 A directory holds ``run.json`` (what is run, and its fingerprint), one ``.npy`` per array, named
-``.npy.part`` until the run is finished, and ``checkpoint.npz``: how many samples are good, and the
-state from which the next piece starts. The checkpoint is replaced when a piece's samples are on the
-disk; what stands behind it in the arrays is written again. Files that are replaced are written
-beside their places under names nobody can guess.
+``.npy.part`` until the run is finished, and ``checkpoint``: how many samples are good, their
+checksums, and the state from which the next piece starts, behind a SHA-256 of all that and the
+fingerprint. The checkpoint is replaced when a piece's samples are on the disk; what stands behind
+it in the arrays is written again. Files that are replaced are written beside their places under
+names nobody can guess.
 """
 
 from __future__ import annotations
 
+import hashlib
+import io
 import json
 import os
 import re
 import secrets
 import shutil
-from collections.abc import Iterator, Mapping
+import stat
+import zlib
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -26,15 +31,22 @@ from numpy.typing import NDArray
 from ..errors import ModelError
 from .aliasing import Folded, aliasing_warning, nothing_folded
 from .integrators import Integrator
-from .transient_record import SMOOTH, RunDescription, TransientRecord, as_record
+from .transient_record import QUANTITIES, SMOOTH, RunDescription, TransientRecord, as_record
 
 FloatArray = NDArray[np.float64]
 State = tuple[FloatArray, ...]
 
 MEMORY_LIMIT = 2**30  # bytes of a record kept in memory
-FORMAT = 1
-RUN, CHECKPOINT = "run.json", "checkpoint.npz"
+FORMAT = 2
+RUN, CHECKPOINT = "run.json", "checkpoint"
+DIGEST_BYTES = 32
+LARGEST_CHECKPOINT = 1 << 28
+BLOCK = 1 << 24  # bytes read at a time
 PARTIAL = re.compile(r"\.[0-9a-f]{16}\.partial")  # what a process that was killed leaves
+
+
+class StoredRunError(ModelError):
+    """What a directory holds is another run, or damaged: nothing can go on from it."""
 
 
 @dataclass(frozen=True)
@@ -111,18 +123,22 @@ class DirectoryStore:
 
     Raises
     ------
+    StoredRunError
+        Another run is there, or what is there is damaged.
     ModelError
-        Another run is there, what is there is damaged, or there is not enough room.
+        Something else is there, or there is not enough room.
     """
 
     def __init__(self, directory: Path, description: RunDescription, digest: str) -> None:
         self.directory, self.description, self._digest = directory, description, digest
+        self._sums = dict.fromkeys(description.shapes(), 0)  # CRC-32 of what is good
         directory.mkdir(parents=True, exist_ok=True)
-        if (directory / RUN).exists():
+        if os.path.lexists(directory / RUN):
             if _read_header(directory)["fingerprint"] != digest:
-                raise ModelError(
+                raise StoredRunError(
                     f"{directory}: holds another run (drivetrain, excitations, start, integrator, "
-                    "sampling or pieces differ); name another directory, or empty this one"
+                    "sampling, pieces or versions differ); name another directory, or empty this "
+                    "one"
                 )
         else:
             self._begin()
@@ -137,18 +153,23 @@ class DirectoryStore:
         path = self.directory / CHECKPOINT
         if not path.exists():
             return None
-        try:
-            with np.load(path, allow_pickle=False) as file:
-                names = file.files
-                found = Checkpoint(
-                    samples=int(file["samples"]),
-                    state=tuple(file[f"state{i}"] for i in range(_count(names, "state"))),
-                    folded=Folded(_group(file, "above"), _group(file, "total")),
+        content = _read_small(path)
+        if content[:DIGEST_BYTES] != self._sealed(content[DIGEST_BYTES:]):
+            raise StoredRunError(f"{path}: is damaged, or another run's; empty the directory")
+        with np.load(io.BytesIO(content[DIGEST_BYTES:]), allow_pickle=False) as file:
+            found = Checkpoint(
+                samples=int(file["samples"]),
+                state=tuple(file[f"state{i}"] for i in range(_count(file.files, "state"))),
+                folded=Folded(_group(file, "above"), _group(file, "total")),
+            )
+            sums = {what: int(file[f"sum {what}"]) for what in self._sums}
+        for what, wanted in sums.items():
+            if self._checksum(what, found.samples) != wanted:
+                raise StoredRunError(
+                    f"{self._file(what)}: its samples are not those of its checkpoint; empty the "
+                    "directory"
                 )
-        except (OSError, ValueError, KeyError) as error:
-            raise ModelError(f"{path}: cannot be read ({error}); empty the directory") from None
-        for what in self.description.shapes():
-            self._check_length(what, found.samples)
+        self._sums = sums
         return found
 
     def append(self, arrays: Mapping[str, FloatArray], checkpoint: Checkpoint) -> None:
@@ -159,7 +180,9 @@ class DirectoryStore:
                     row = values.itemsize * int(np.prod(values.shape[1:]))
                     file.seek(self._offset(what) + (checkpoint.samples - len(values)) * row)
                     file.truncate()
-                    file.write(np.ascontiguousarray(values).tobytes())
+                    content = np.ascontiguousarray(values).tobytes()
+                    self._sums[what] = zlib.crc32(content, self._sums[what])
+                    file.write(content)
                     file.flush()
                     os.fsync(file.fileno())
             self._save_checkpoint(checkpoint)
@@ -204,8 +227,14 @@ class DirectoryStore:
         arrays |= {f"state{i}": part for i, part in enumerate(checkpoint.state)}
         arrays |= {f"above {what}": value for what, value in checkpoint.folded.above.items()}
         arrays |= {f"total {what}": value for what, value in checkpoint.folded.total.items()}
+        arrays |= {f"sum {what}": np.array(value) for what, value in self._sums.items()}
+        content = io.BytesIO()
+        np.savez(content, **arrays)
         with _whole(self.directory / CHECKPOINT) as file:
-            np.savez(file, **arrays)
+            file.write(self._sealed(content.getvalue()) + content.getvalue())
+
+    def _sealed(self, content: bytes) -> bytes:
+        return hashlib.sha256(self._digest.encode() + content).digest()
 
     def _part(self, what: str) -> Path:
         return self.directory / f"{what}.npy.part"
@@ -220,11 +249,19 @@ class DirectoryStore:
             np.lib.format.read_array_header_1_0(file)
             return file.tell()
 
-    def _check_length(self, what: str, samples: int) -> None:
+    def _checksum(self, what: str, samples: int) -> int | None:
+        """CRC-32 of an array's first samples; None where there are not so many."""
         path = self._file(what)
         width = int(np.prod(self.description.shapes()[what][1:]))
-        if not path.exists() or path.stat().st_size < self._offset(what) + samples * width * 8:
-            raise ModelError(f"{path}: shorter than its checkpoint says; empty the directory")
+        left, found = samples * width * 8, 0
+        try:
+            with path.open("rb") as file:
+                file.seek(self._offset(what))
+                while left and (block := file.read(min(BLOCK, left))):
+                    found, left = zlib.crc32(block, found), left - len(block)
+        except (OSError, ValueError):  # gone, or no header
+            return None
+        return None if left else found
 
 
 def open_store(directory: Path | None, description: RunDescription, digest: str) -> RunStore:
@@ -265,8 +302,8 @@ def remove_run(directory: Path) -> None:
     """Remove the files of a run, and its directory if nothing else is in it."""
     if not directory.is_dir():
         return
-    if (directory / RUN).exists():
-        arrays = _array_files(_description(_read_header(directory)).shapes())
+    if os.path.lexists(directory / RUN):
+        arrays = _array_files(("forces", *QUANTITIES))
         left = [path.name for path in directory.iterdir() if PARTIAL.fullmatch(path.name)]
         for name in (CHECKPOINT, *arrays, *left, RUN):  # what is left at any instant is a run begun
             (directory / name).unlink(missing_ok=True)
@@ -289,8 +326,8 @@ def _whole(path: Path) -> Iterator[BinaryIO]:
             partial.unlink()
 
 
-def _array_files(shapes: Mapping[str, tuple[int, ...]]) -> list[str]:
-    return [f"{what}{ending}" for what in shapes for ending in (".npy", ".npy.part")]
+def _array_files(names: Iterable[str]) -> list[str]:
+    return [f"{what}{ending}" for what in names for ending in (".npy", ".npy.part")]
 
 
 def _mapped(path: Path, first: int, last: int) -> FloatArray:
@@ -307,14 +344,22 @@ def _mapped(path: Path, first: int, last: int) -> FloatArray:
 def _read_header(directory: Path) -> dict[str, Any]:
     path = directory / RUN
     try:
-        header: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-        if header["format"] == FORMAT:
+        header: dict[str, Any] = json.loads(_read_small(path))
+        if header["format"] == FORMAT and {"fingerprint", "run", "result"} <= header.keys():
             return header
     except FileNotFoundError:
         raise ModelError(f"{directory}: no run is stored there") from None
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
         pass
-    raise ModelError(f"{path}: is not a run's description; name another directory")
+    raise StoredRunError(f"{path}: is not a run's description; name another directory")
+
+
+def _read_small(path: Path) -> bytes:
+    """A file of ours that is never large: what is, or is no file, is none."""
+    if path.is_symlink() or not stat.S_ISREG(path.stat().st_mode):
+        return b""
+    with path.open("rb") as file:
+        return file.read(LARGEST_CHECKPOINT)
 
 
 def _description(header: Mapping[str, Any]) -> RunDescription:

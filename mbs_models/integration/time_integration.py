@@ -26,7 +26,7 @@ from ..system.drivetrain import MultibodySystem
 from ..system.linearization import coordinate_transform, linearize, round_off_forces
 from .aliasing import folded
 from .energy_balance import EnergyBalance
-from .fingerprint import fingerprint
+from .fingerprint import code_digest, fingerprint
 from .integrators import (
     RK44,
     ROUND_OFF,
@@ -142,8 +142,9 @@ def simulate(
         run = _Run(system, excitations, integrator, rate, stride, tuple(record), responses)
         description = run.describe(samples)
         digest = fingerprint(
-            exu.__version__, before, list(excitations), state, length, integrator.name, stride,
-            rate, description.samples, description.columns(),
+            exu.__version__, np.__version__, code_digest("mbs_models"), before, list(excitations),
+            state, length, integrator.name, stride, rate, description.samples,
+            description.columns(),
         )  # fmt: skip
         kept = open_store(store, description, digest)
         checkpoint = kept.checkpoint() or start(description, state)

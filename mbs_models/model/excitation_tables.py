@@ -24,22 +24,34 @@ from ..signals.lines import (
 )
 from ..signals.sampled import read_sampled
 from ..signals.sines import HalfSine, SteppedSine, Sweep, stepped_sine
-from ..stages.bodies import Angle, Table
+from ..stages.bodies import Angle, Table, physical
 
-Force = Annotated[float, Field(gt=0.0, json_schema_extra={"unit": "N"})]
-Moment = Annotated[float, Field(gt=0.0, json_schema_extra={"unit": "N m"})]
-Frequency = Annotated[float, Field(gt=0.0, json_schema_extra={"unit": "Hz"})]
-Seconds = Annotated[float, Field(gt=0.0, json_schema_extra={"unit": "s"})]
-Delay = Annotated[float, Field(ge=0.0, json_schema_extra={"unit": "s"})]
-Seed = Annotated[int, Field(ge=0)]
+MOST_STEPS = 100_000  # of a stepped sine
+
+Force = Annotated[float, Field(gt=0.0, json_schema_extra={"unit": "N"}), physical(1e-30, 1e30, "N")]
+Moment = Annotated[
+    float, Field(gt=0.0, json_schema_extra={"unit": "N m"}), physical(1e-30, 1e30, "N m")
+]
+Frequency = Annotated[
+    float, Field(gt=0.0, json_schema_extra={"unit": "Hz"}), physical(1e-9, 1e12, "Hz")
+]
+Seconds = Annotated[
+    float, Field(gt=0.0, json_schema_extra={"unit": "s"}), physical(1e-12, 1e9, "s")
+]
+Delay = Annotated[float, Field(ge=0.0, json_schema_extra={"unit": "s"}), physical(1e-12, 1e9, "s")]
+Seed = Annotated[int, Field(ge=0), physical(0, 2**63 - 1, "")]
 Frequencies = Annotated[
     tuple[Frequency, ...],
-    Field(min_length=1, strict=False, description="a list of frequencies (Hz)"),
+    Field(
+        min_length=1,
+        max_length=MOST_STEPS,
+        strict=False,
+        description="a list of frequencies (Hz)",
+    ),
 ]
 
 ROTATIONS = ("w", "rho")
 NOISE_PERIOD = 100.0  # s, where neither the table nor a record says: longer than most runs
-MOST_STEPS = 100_000  # of a stepped sine
 
 
 @dataclass(frozen=True)
@@ -125,7 +137,7 @@ class SteppedSineTable(_Force):
     fmax: Frequency | None = None
     df: Frequency | None = None
     dwell: Seconds | None = None
-    periods: Annotated[float, Field(gt=0.0)] | None = None
+    periods: Annotated[float, Field(gt=0.0), physical(0.01, 1e6, "")] | None = None
     ramp: Delay = 0.0
 
     @model_validator(mode="after")
@@ -278,7 +290,7 @@ class RecordTable(Table):
     dof: str
     file: str
     unit: Literal["N", "N m"] = "N"
-    scale: float = 1.0
+    scale: Annotated[float, physical(1e-30, 1e30, "")] = 1.0
 
     @model_validator(mode="after")
     def _a_force_or_a_moment(self) -> Self:

@@ -18,11 +18,15 @@ from pydantic import TypeAdapter, ValidationError
 from pydantic_core import ErrorDetails
 
 from ..errors import ModelError
+from ..text_files import read_text
 from .excitation_tables import ExcitationTable
 from .messages import Location, one_message, suggest
 from .parameters import Drivetrain
 from .toml_text import document
 from .tooth_numbers import refuse_impossible
+
+LARGEST = 16_000_000  # bytes of a model file: a thousand parts take 150 kB
+MOST_PARTS = 10_000
 
 # Presets
 
@@ -82,6 +86,7 @@ def loads(text: str, origin: str = "<string>") -> Drivetrain:
             "[[inertia]] table"
         )
     try:
+        _refuse_too_many(data)
         drivetrain = Drivetrain.model_validate(data, by_alias=True, by_name=False)
         refuse_impossible(drivetrain)
     except ValidationError as error:
@@ -89,6 +94,14 @@ def loads(text: str, origin: str = "<string>") -> Drivetrain:
     except ModelError as error:
         raise ModelError(f"{origin}: {error}") from error
     return drivetrain
+
+
+def _refuse_too_many(data: Mapping[str, Any]) -> None:
+    """Refuse more tables than anybody waits for."""
+    for key in ("stage", "inertia", "coupling", "excitation"):
+        tables = data.get(key)
+        if isinstance(tables, list) and len(tables) > MOST_PARTS:
+            raise ModelError(f"[[{key}]]: {len(tables)} tables; at most {MOST_PARTS} are possible")
 
 
 def folder_of(model: str | Path) -> Path:
@@ -145,15 +158,11 @@ def _removed_unless_written(path: Path) -> Iterator[None]:
 
 def _read(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8-sig")
+        return read_text(path, LARGEST, "model file")
     except FileNotFoundError as error:
         raise ModelError(
             f"{path}: neither a file nor a preset; {suggest(str(path), preset_names())}"
         ) from error
-    except OSError as error:
-        raise ModelError(f"{path}: cannot be read: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise ModelError(f"{path}: not a text file in UTF-8 (byte {error.start} is not)") from error
 
 
 @cache

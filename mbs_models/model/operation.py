@@ -6,7 +6,10 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from ..stages.bodies import Table
+from ..stages.bodies import Table, physical
+
+SPEEDS, TORQUES = (1e-6, 1e6), (1e-9, 1e12)  # rpm, N m: what is physical but 0
+OF_SPEED, OF_TORQUE = physical(*SPEEDS, "rpm"), physical(*TORQUES, "N m")
 
 
 class Operation(Table):
@@ -19,13 +22,13 @@ class Operation(Table):
     input: str
     speed_range: Annotated[
         tuple[
-            Annotated[float, Field(ge=0.0, json_schema_extra={"unit": "rpm"})],
-            Annotated[float, Field(gt=0.0, json_schema_extra={"unit": "rpm"})],
+            Annotated[float, Field(ge=0.0, json_schema_extra={"unit": "rpm"}), OF_SPEED],
+            Annotated[float, Field(gt=0.0, json_schema_extra={"unit": "rpm"}), OF_SPEED],
         ],
         Field(strict=False, description="a list of two speeds (rpm)"),
     ]
-    speed: Annotated[float, Field(json_schema_extra={"unit": "rpm"})] | None = None
-    torque: Annotated[float, Field(json_schema_extra={"unit": "N m"})] | None = None
+    speed: Annotated[float, Field(json_schema_extra={"unit": "rpm"}), OF_SPEED] | None = None
+    torque: Annotated[float, Field(json_schema_extra={"unit": "N m"}), OF_TORQUE] | None = None
     output: str | None = None
 
     @model_validator(mode="after")

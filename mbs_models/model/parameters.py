@@ -16,7 +16,7 @@ from pydantic_core import CoreSchema
 
 from ..errors import ModelError
 from ..representation import listing
-from ..stages.bodies import Table
+from ..stages.bodies import Table, Title, physical
 from ..stages.geometry import DIRECTIONS
 from ..stages.inertia import Inertia
 from ..stages.parallel import ParallelStage
@@ -69,15 +69,19 @@ class Damping(Table):
     ``stiffness_proportional`` is β (s), ``mass_proportional`` is α (1/s).
     """
 
-    stiffness_proportional: Annotated[float, Field(ge=0.0, json_schema_extra={"unit": "s"})] = 0.0
-    mass_proportional: Annotated[float, Field(ge=0.0, json_schema_extra={"unit": "1/s"})] = 0.0
+    stiffness_proportional: Annotated[
+        float, Field(ge=0.0, json_schema_extra={"unit": "s"}), physical(1e-15, 1.0, "s")
+    ] = 0.0
+    mass_proportional: Annotated[
+        float, Field(ge=0.0, json_schema_extra={"unit": "1/s"}), physical(1e-12, 1e6, "1/s")
+    ] = 0.0
 
 
 class Drivetrain(Table):
     """A whole drivetrain: stages, plain inertias, and the couplings that join them."""
 
-    name: str
-    source: str = ""
+    name: Title
+    source: Title = ""
     damping: Damping = Damping()
     operation: Operation | None = None
     stages: Annotated[

@@ -10,9 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import ModelError
+from ..text_files import read_text
 from .line_sum import LineSum
 from .lines import FloatArray, require
 
+LARGEST_FILE = 200_000_000  # bytes: some million samples
+LARGEST = 1e30  # of a time (s) or a force, as any excitation's
 # How far a sample may be from the uniform grid, in steps: room for times of few digits.
 UNIFORMITY = 1e-3
 # The band holds all of the signal's mean square but this: what is left out is 60 dB below it.
@@ -117,11 +120,11 @@ def read_sampled(path: str | Path, scale: float = 1.0) -> Sampled:
         named), or as for `Sampled`.
     """
     try:
-        text = Path(path).read_text(encoding="utf-8-sig")
-    except OSError as error:
+        text = read_text(Path(path), LARGEST_FILE, "record of a force")
+    except FileNotFoundError as error:
         raise ModelError(f"record {path}: cannot be read: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise ModelError(f"record {path}: not a text file in UTF-8 (byte {error.start})") from error
+    except ModelError as error:
+        raise ModelError(f"record {error}") from error
     try:
         time, force = _columns(text)
         return Sampled(_uniform_rate(time), scale * force)
@@ -140,9 +143,9 @@ def _columns(text: str) -> tuple[FloatArray, FloatArray]:
             rows.append((float(cells[0]), float(cells[1])))
         except (ValueError, IndexError) as error:
             if not header:
+                # the file may be anybody's: nothing of it is quoted
                 raise ModelError(
-                    f"record: line {number} is {line.strip()[:40]!r}; must be two numbers, time "
-                    "(s) and force (N)"
+                    f"record: line {number} must be two numbers, time (s) and force (N)"
                 ) from error
         header = False
     if len(rows) < 2:
@@ -150,6 +153,12 @@ def _columns(text: str) -> tuple[FloatArray, FloatArray]:
             f"record: it has {len(rows)} samples; must be at least 2 lines: time (s), force (N)"
         )
     table = np.array(rows)
+    wrong = np.flatnonzero((np.abs(table) > LARGEST).any(axis=1))
+    if wrong.size:
+        raise ModelError(
+            f"record: sample {wrong[0]} is {table[wrong[0], 1]:g} at {table[wrong[0], 0]:g} s; "
+            f"must be within ±{LARGEST:g}"
+        )
     return table[:, 0], table[:, 1]
 
 

@@ -7,6 +7,7 @@ so that nobody downstream asks which was given.
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import Annotated, Self
 
@@ -19,8 +20,12 @@ from pydantic import (
     model_validator,
 )
 
+MOST_PLANETS = 100
+# What steers a terminal or turns the direction of writing; SVG has no place for it either
+STEERING = re.compile("[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff]")
+LONGEST_NAME = 200
+
 Matrix2 = tuple[tuple[float, float], tuple[float, float]]
-_Row = Annotated[tuple[float, float], Field(strict=False)]
 
 
 def _symmetric_semidefinite(matrix: Matrix2) -> Matrix2:
@@ -34,29 +39,72 @@ def _symmetric_semidefinite(matrix: Matrix2) -> Matrix2:
     return matrix
 
 
+def physical(least: float, most: float, unit: str) -> AfterValidator:
+    """Limits of what is physical, beyond which linear algebra has no digits left; 0 is none of it.
+
+    The bounds a message names first, as 0 for a mass, are the field's own.
+    """
+
+    def check(value: float) -> float:
+        if value and not least <= abs(value) <= most:
+            limits = f"{least:g} to {most:g}".replace("e+0", "e").replace("e+", "e")
+            sign = " in magnitude" if value < 0.0 else ""
+            raise ValueError(f"must be within {limits}{unit and ' '}{unit}{sign}")
+        return value
+
+    return AfterValidator(check)
+
+
+OF_MASS = physical(1e-12, 1e9, "kg")
+OF_INERTIA = physical(1e-18, 1e15, "kg m²")
+OF_STIFFNESS = physical(1e-3, 1e15, "N/m")
+OF_DAMPER = physical(1e-9, 1e12, "N s/m")
+
 # Quantities: a number with its bounds and, for messages and the JSON schema, its unit.
-Mass = Annotated[float, Field(gt=0.0, json_schema_extra={"unit": "kg"})]
-PolarInertia = Annotated[float, Field(gt=0.0, json_schema_extra={"unit": "kg m²"})]
-HubMass = Annotated[float, Field(ge=0.0, json_schema_extra={"unit": "kg"})]
-HubInertia = Annotated[float, Field(ge=0.0, json_schema_extra={"unit": "kg m²"})]
-Stiffness = Annotated[float, Field(ge=0.0, json_schema_extra={"unit": "N/m"})]
-Damper = Annotated[float, Field(ge=0.0, json_schema_extra={"unit": "N s/m"})]
+Mass = Annotated[float, Field(gt=0.0, json_schema_extra={"unit": "kg"}), OF_MASS]
+PolarInertia = Annotated[float, Field(gt=0.0, json_schema_extra={"unit": "kg m²"}), OF_INERTIA]
+HubMass = Annotated[float, Field(ge=0.0, json_schema_extra={"unit": "kg"}), OF_MASS]
+HubInertia = Annotated[float, Field(ge=0.0, json_schema_extra={"unit": "kg m²"}), OF_INERTIA]
+Stiffness = Annotated[float, Field(ge=0.0, json_schema_extra={"unit": "N/m"}), OF_STIFFNESS]
+Damper = Annotated[float, Field(ge=0.0, json_schema_extra={"unit": "N s/m"}), OF_DAMPER]
+_Entry = Annotated[float, physical(0.0, 1e15, "")]  # N/m, or N s/m
+_Row = Annotated[tuple[_Entry, _Entry], Field(strict=False)]
 BearingMatrix = Annotated[
     tuple[_Row, _Row],
     Field(strict=False, description="a symmetric matrix [[a, b], [b, d]]"),
     AfterValidator(_symmetric_semidefinite),
 ]
-RotaryStiffness = Annotated[float, Field(ge=0.0, json_schema_extra={"unit": "N m/rad"})]
+RotaryStiffness = Annotated[
+    float, Field(ge=0.0, json_schema_extra={"unit": "N m/rad"}), physical(1e-9, 1e18, "N m/rad")
+]
 Radius = Annotated[float, Field(ge=1e-6, le=1e3, json_schema_extra={"unit": "m"})]
 Teeth = Annotated[int, Field(ge=3, le=100000)]
-Angle = Annotated[float, Field(json_schema_extra={"unit": "deg"})]
-PressureAngle = Annotated[Angle, Field(gt=0.0, le=45.0)]
+Degrees = Annotated[float, Field(json_schema_extra={"unit": "deg"})]
+Angle = Annotated[Degrees, physical(0.0, 3600.0, "deg")]
+PressureAngle = Annotated[Degrees, Field(gt=0.0, le=45.0), physical(0.1, 45.0, "deg")]
 PlanetAngles = Annotated[
     tuple[Angle, ...],
-    Field(min_length=2, strict=False, description="a list of at least 2 angles (deg)"),
+    Field(
+        min_length=2,
+        max_length=MOST_PLANETS,
+        strict=False,
+        description="a list of at least 2 angles (deg)",
+    ),
 ]
+
+
+def _written(text: str) -> str:
+    """Refuse text that is none to read."""
+    if found := STEERING.search(text):
+        raise ValueError(f"has the character U+{ord(found[0]):04X}; must be printable")
+    if len(text) > LONGEST_NAME:
+        raise ValueError(f"has {len(text)} characters; at most {LONGEST_NAME} are possible")
+    return text
+
+
+Title = Annotated[str, AfterValidator(_written)]
 Name = Annotated[
-    str,
+    Title,
     StringConstraints(pattern=r"^[A-Za-z_][A-Za-z0-9_-]*$"),
     Field(description="a letter or _, then letters, digits, _ or -"),
 ]

@@ -13,19 +13,25 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from ..signals.waveforms import FourierSeries, Trapezoid
-from .bodies import Table
+from .bodies import Table, physical
 
 # Samples per period of the highest harmonic when its smallest stiffness is looked for: between
 # them k is at most ½(π/360)² of the harmonics' amplitudes smaller.
 SAMPLES = 360
 
+Phase = Annotated[float, physical(1e-12, 1e3, "mesh periods")]
 Harmonic = Annotated[
-    tuple[float, ...],
+    tuple[Annotated[float, physical(1e-15, 3600.0, "")], ...],
     Field(min_length=2, max_length=2, strict=False, description="[amplitude, phase in deg]"),
 ]
 Harmonics = Annotated[
     tuple[Harmonic, ...],
-    Field(min_length=1, strict=False, description="a list of [amplitude, phase in deg]"),
+    Field(
+        min_length=1,
+        max_length=100,
+        strict=False,
+        description="a list of [amplitude, phase in deg]",
+    ),
 ]
 
 
@@ -84,7 +90,7 @@ class TrapezoidVariation(Table):
     contact_ratio: Annotated[float, Field(gt=1.0, le=20.0)]
     amplitude: Annotated[float, Field(gt=0.0)] | None = None
     transition: Annotated[float, Field(gt=0.0, lt=1.0)] = 0.1
-    phase: float = 0.0
+    phase: Phase = 0.0
 
     @model_validator(mode="after")
     def _possible(self) -> Self:
@@ -135,4 +141,6 @@ class TransmissionError(Table):
         return fourier_series(self.harmonics)
 
 
-Backlash = Annotated[float, Field(ge=0.0, json_schema_extra={"unit": "m"})]
+Backlash = Annotated[
+    float, Field(ge=0.0, json_schema_extra={"unit": "m"}), physical(1e-12, 1.0, "m")
+]

@@ -18,7 +18,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from ..contact.involute_mesh import InvolutePair
-from .bodies import Angle, ParallelGear, PressureAngle, Stiffness
+from .bodies import Degrees, ParallelGear, PressureAngle, Stiffness
 from .geometry import Frame, Vector, radial
 from .given_springs import GivenSpring, gear_springs
 from .mesh_tables import CONSTANT_STIFFNESS, Backlash, MeshVariation, TransmissionError
@@ -30,7 +30,7 @@ class ParallelStage(Part):
     """A pair of gears on parallel shafts (the paper, Eqs. 4–9)."""
 
     type: Literal["parallel"]
-    helix_angle: Annotated[Angle, Field(gt=-90.0, lt=90.0)] = 0.0
+    helix_angle: Annotated[Degrees, Field(gt=-90.0, lt=90.0)] = 0.0
     # It places the two bodies. The linear system does not depend on it: y is along the line of
     # action whatever the angle.
     pressure_angle: PressureAngle = 20.0

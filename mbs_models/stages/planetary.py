@@ -16,6 +16,7 @@ from pydantic import Field, model_validator
 
 from ..contact.involute_mesh import InvolutePair
 from .bodies import (
+    MOST_PLANETS,
     Bearing,
     BearingMatrix,
     Body,
@@ -32,7 +33,7 @@ from .bodies import (
 )
 from .geometry import Frame, Vector, radial, tangential
 from .given_springs import GivenSpring, bearing_springs, member_springs
-from .mesh_tables import CONSTANT_STIFFNESS, Backlash, MeshVariation, TransmissionError
+from .mesh_tables import CONSTANT_STIFFNESS, Backlash, MeshVariation, Phase, TransmissionError
 from .part import Builder, Member, MeshFamily, Part, RigidBody, Role
 from .planet_set import PlanetSet, mesh_phases
 from .teeth import Gear, check_teeth, half_a_digit
@@ -56,7 +57,7 @@ class PlanetaryStage(Part):
     """
 
     type: Literal["planetary"]
-    planets: Annotated[int, Field(ge=2, le=100)] | None = None
+    planets: Annotated[int, Field(ge=2, le=MOST_PLANETS)] | None = None
     planet_angles: PlanetAngles | None = None
     pressure_angle: PressureAngle | None = None
     sun_pressure_angle: PressureAngle | None = None
@@ -69,7 +70,7 @@ class PlanetaryStage(Part):
     ring_mesh_transmission_error: TransmissionError | None = None
     sun_mesh_backlash: Backlash = 0.0
     ring_mesh_backlash: Backlash = 0.0
-    ring_mesh_phase: float | None = None
+    ring_mesh_phase: Phase | None = None
     planet_bearing: Stiffness | BearingMatrix | None = None
     planet_bearing_radial: Stiffness | None = None
     planet_bearing_tangential: Stiffness | None = None

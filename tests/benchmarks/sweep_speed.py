@@ -173,7 +173,7 @@ def written_sweep(samples: int, *, streamed: bool) -> float:
     found = samples_of(load("paper"), [f"{SPRING}=1e6±50%"], samples=samples)
     todo = sweep_plan(load("paper"), found, lines, PAIR, 0, "equations", streamed=streamed)
     with TemporaryDirectory() as name:
-        pieces = Pieces.of(todo, found.rows, Path(name), streamed=streamed)
+        pieces = Pieces(todo, found.rows, Path(name), streamed=streamed)
         room = pieces.magnitude((samples, todo.n_lines)) if streamed else None
         outcome = sweep(todo, found.rows, magnitude=room)
         from validation.sweep.figures import percentiles  # not for the worker processes

@@ -9,6 +9,7 @@ from mbs_models.gears.power_flow import PowerFlow, power_flow
 from mbs_models.modal.mode_kinds import label_inertias, rigid_body_count
 from mbs_models.model.model_file import load
 from mbs_models.model.parameters import Drivetrain
+from mbs_models.representation import listing
 from mbs_models.sanity.free_motion import count_free_rotations, free_to_move, input_turns
 from mbs_models.sanity.rules import findings
 from mbs_models.sanity.teeth import teeth_carry_load
@@ -44,7 +45,7 @@ def check_model(model: str) -> None:
     print(f"  rigid-body modes: {expected} by what springs there are, {verdict}")
     parts = drivetrain_components(drivetrain)
     for group in drivetrain.groups():
-        names = ", ".join(part.name for part in drivetrain.parts if part.name in group)
+        names = listing([part.name for part in drivetrain.parts if part.name in group])
         print(f"  {names}: {_free(count_free_rotations(drivetrain, parts, group))}")
     unmoved = tuple(input_turns(drivetrain, parts))
     notes = [*findings(drivetrain), *free_to_move(drivetrain, parts), *unmoved]

@@ -11,7 +11,7 @@ from rich.console import Console
 from ..runtime.interruption import on_interrupt
 from ..runtime.output_folder import held
 from ..runtime.progress import Progress
-from ..runtime.streams import progress_bars, warn
+from ..runtime.streams import progress_bars, say, warn
 from .console import console
 from .publish import Result, publish
 
@@ -62,5 +62,5 @@ def run_study(
     warn([warning for warning in result.warnings if warning not in known])
     show(result, console())
     for path in written:
-        print(f"Written: {path}")
+        say(f"Written: {path}")
     return result

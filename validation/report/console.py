@@ -15,6 +15,7 @@ from rich.table import Table as Grid
 from rich.text import Text
 
 from ..checks.check import Check
+from ..runtime.streams import terminal_text
 from .page import Table
 
 FRAME = 3  # columns a table's lines and padding take beside each of its own
@@ -30,7 +31,7 @@ def console() -> Console:
 def say(terminal: Console, *sentences: str, style: str = "") -> None:
     """Print sentences, each on lines of its own."""
     for sentence in sentences:
-        terminal.print(Text(sentence, style), soft_wrap=not terminal.is_terminal)
+        terminal.print(_text(sentence, style), soft_wrap=not terminal.is_terminal)
 
 
 def print_table(
@@ -54,11 +55,11 @@ def print_table(
     """
     if not table.rows:
         return
-    grid = Grid(title=Text(title, "italic"), title_justify="left")
+    grid = Grid(title=_text(title, "italic"), title_justify="left")
     widths = _widths(table, terminal.width)
     for number, heading in enumerate(table.headings):
         grid.add_column(
-            Text(heading),
+            _text(heading),
             justify="right" if number in table.numbers else "left",
             width=widths[number],
             overflow="fold",
@@ -66,7 +67,7 @@ def print_table(
     for number, row in enumerate(table.rows):
         own = cell_styles[number] if cell_styles else [""] * len(row)
         grid.add_row(
-            *(Text(cell, style) for cell, style in zip(row, own, strict=True)),
+            *(_text(cell, style) for cell, style in zip(row, own, strict=True)),
             style=styles[number] if styles else None,
         )
     terminal.print(grid)
@@ -95,6 +96,11 @@ def print_verdicts(terminal: Console, title: str, checks: Sequence[Check]) -> No
             routes = " – ".join(check.routes)
             say(terminal, f"{check.name}, {check.subject}: {routes}", style="bold red")
             say(terminal, *(f"  {finding}" for finding in check.findings))
+
+
+def _text(text: str, style: str = "") -> Text:
+    """Text of anybody's: no markup, and nothing that steers the terminal."""
+    return Text(terminal_text(text), style)
 
 
 def _widths(table: Table, room: int) -> list[int | None]:

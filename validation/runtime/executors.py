@@ -12,10 +12,12 @@ import socket
 import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from multiprocessing import get_context
+from multiprocessing.connection import Connection
+from threading import Thread
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -99,7 +101,7 @@ def opened(
     kind
         One of `KINDS`; None: as many processes as the work is worth.
     workers
-        How many, where that is ours to say.
+        How many, where that is ours to say; of processes never more than there are cores.
     worth
         Processes the work is worth, if nobody says how many.
 
@@ -115,8 +117,9 @@ def opened(
         return mpi_pool(workers)
     if kind is not None and _of_cluster(kind):
         return dask_cluster(kind)
-    most = worth if kind is None else os.cpu_count() or 1
-    return process_pool(most if workers is None else workers)
+    cores = os.cpu_count() or 1
+    most = worth if kind is None else cores
+    return process_pool(most if workers is None else min(workers, cores))
 
 
 @contextmanager
@@ -126,16 +129,23 @@ def process_pool(workers: int, *, apart: bool = False) -> Iterator[Workers]:
         yield Workers()
         return
     # a forked child would share the numerical libraries' threads with its parent
+    context = get_context("spawn")
+    parent, ours = context.Pipe(duplex=False)
     pool = ProcessPoolExecutor(
-        workers, mp_context=get_context("spawn"), initializer=_begin, initargs=(workers,)
+        workers, mp_context=context, initializer=_begin, initargs=(workers, parent)
     )
     try:
         with _ctrl_c_waiting():
             for _ in range(workers):  # each submission starts a process
                 pool.submit(int)
         yield Workers(pool, workers)
+    except BaseException:
+        ours.close()  # ends them in the midst of what they compute
+        raise
     finally:
         pool.shutdown(cancel_futures=True)
+        parent.close()
+        ours.close()
 
 
 @contextmanager
@@ -154,11 +164,19 @@ def _ctrl_c_waiting() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _begin(workers: int) -> None:
+def _begin(workers: int, parent: Connection) -> None:
     """A worker process: Ctrl-C is for its parent, and the other cores for the others."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    Thread(target=_end_with, args=(parent,), daemon=True).start()
     if workers > 1:
         os.environ["OMP_NUM_THREADS"] = "1"
+
+
+def _end_with(parent: Connection) -> None:
+    """End this process when the other end of a pipe is closed: its holder is done, or dead."""
+    with suppress(EOFError, OSError):
+        parent.recv_bytes()
+    os._exit(1)
 
 
 @contextmanager

@@ -6,6 +6,7 @@ never look like one of these.
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 import traceback
@@ -16,10 +17,12 @@ import typer
 
 from ..errors import CommandError
 from .interruption import Interrupted, every_interrupt, on_interrupt
+from .streams import message, prepare_streams, tell, to_nowhere
 
 PROGRAM = "crosscheck"
 BAD_INPUT = 2
 FAULT = 70  # EX_SOFTWARE of sysexits.h
+OF_STREAMS = (errno.ENOSPC, errno.EFBIG, errno.EIO, errno.EBADF)  # without the name of a file
 INTERRUPTED, READER_GONE = 130, 141  # as shells say it: 128 + SIGINT, 128 + SIGPIPE
 
 # What typer raises of a command line it cannot read; it exports this class of them only.
@@ -28,29 +31,49 @@ USAGE_ERROR = cast("type[Exception]", typer.BadParameter.__bases__[0])
 
 def exit_code(app: typer.Typer, arguments: Sequence[str]) -> int:
     """Run a command line; what it raises becomes a message and an exit code."""
+    prepare_streams()
+    os.environ["MPLBACKEND"] = "agg"  # whatever it was: no window is opened, and a wrong name fails
+    try:
+        code = _ended(app, arguments)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        to_nowhere(sys.stdout)
+        return READER_GONE
+    except OSError as error:
+        to_nowhere(sys.stdout)
+        return _told(BAD_INPUT, f"standard output: cannot be written: {error.strerror or error}")
+    return code
+
+
+def _ended(app: typer.Typer, arguments: Sequence[str]) -> int:
     try:
         with on_interrupt("no file was left half written"), every_interrupt():
-            code = _invoke(app, arguments)
-            sys.stdout.flush()
+            return _invoke(app, arguments)
     except USAGE_ERROR as error:
-        return _told(BAD_INPUT, usage_message(error, arguments))
+        tell(message(usage_message(error, arguments)))
+        return BAD_INPUT
     except Interrupted as interrupt:
-        return _told(INTERRUPTED, f"{PROGRAM}: interrupted; {interrupt}")
+        return _told(INTERRUPTED, f"interrupted; {interrupt}")
     except BrokenPipeError:
-        return _reader_gone()
+        raise
     except SystemExit as error:  # no command ends so; rich does, with 1, where nobody reads on
-        return _reader_gone() if isinstance(error.__context__, BrokenPipeError) else _fault(error)
+        if isinstance(error.__context__, BrokenPipeError):
+            raise error.__context__ from None
+        return _fault(error)
     except input_errors() as error:
-        return _told(BAD_INPUT, f"{PROGRAM}: {error}")
+        return _told(BAD_INPUT, str(error))
+    except OSError as error:  # the machine's: a disk, a limit, a stream
+        sys.stdout.flush()  # raises if it is still that one
+        where = error.filename or ("standard output" if error.errno in OF_STREAMS else "")
+        return _told(BAD_INPUT, f"{where}{': ' * bool(where)}{error.strerror or error}")
     except MemoryError as error:
         why = f" ({error})" if str(error) else ""
         return _told(
             BAD_INPUT,
-            f"{PROGRAM}: not enough memory{why}; give a larger --df, a narrower band or fewer DoFs",
+            f"not enough memory{why}; ask for less: fewer lines, DoFs, samples or processes",
         )
     except Exception as error:  # whatever else there is, named as ours
         return _fault(error)
-    return code
 
 
 def _invoke(app: typer.Typer, arguments: Sequence[str]) -> int:
@@ -104,20 +127,14 @@ def _value(options: Sequence[str], arguments: Sequence[str]) -> str | None:
     return None
 
 
-def _told(code: int, message: str) -> int:
-    print(message, file=sys.stderr)
+def _told(code: int, text: str) -> int:
+    tell(message(f"{PROGRAM}: {text}"))
     return code
 
 
 def _fault(error: BaseException) -> int:
-    message = (
+    tell(
         f"{PROGRAM}: a fault of {PROGRAM} itself, not of its input ({type(error).__name__}); "
-        "please report it with what follows"
+        f"please report it with what follows\n{''.join(traceback.format_exception(error))}".rstrip()
     )
-    return _told(FAULT, f"{message}\n{''.join(traceback.format_exception(error))}".rstrip())
-
-
-def _reader_gone() -> int:
-    """Nobody reads on, as `| head` does: what is still to be written goes nowhere."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    return READER_GONE
+    return FAULT

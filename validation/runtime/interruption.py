@@ -1,4 +1,4 @@
-"""Ctrl-C: an interrupt, whatever becomes of it on its way, that says what it left."""
+"""Ctrl-C or SIGTERM: an interrupt, whatever becomes of it on its way, that says what it left."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def on_interrupt(left: str) -> Iterator[None]:
 
 @contextmanager
 def every_interrupt() -> Iterator[None]:
-    """Let no Ctrl-C inside get lost, nor pass for something else.
+    """Let no Ctrl-C inside get lost, nor pass for something else; SIGTERM is one, too.
 
     C code that runs Python in its course, as an extension module does while it is imported, makes
     an error of its own of a KeyboardInterrupt: what is raised after a Ctrl-C is one here. What
@@ -70,6 +70,7 @@ def every_interrupt() -> Iterator[None]:
         later.start()
 
     signal.signal(signal.SIGINT, noting)
+    ended = signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
     sys.unraisablehook = again
     try:
         yield
@@ -79,4 +80,5 @@ def every_interrupt() -> Iterator[None]:
         raise
     finally:
         sys.unraisablehook = hook
+        signal.signal(signal.SIGTERM, ended)
         signal.signal(signal.SIGINT, handler)

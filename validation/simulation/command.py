@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from mbs_models.integration.fingerprint import fingerprint
 from mbs_models.integration.run_store import remove_run
 from mbs_models.integration.time_integration import SimulationError
 from mbs_models.model.model_file import folder_of, load
@@ -68,7 +69,8 @@ def run_command(
         ),
         levels=parse_levels(levels),
     )
-    store = out / WORK / PIECES
+    what = fingerprint(drivetrain.model_dump_json(), options)[:16]  # another's is not touched
+    store = out / WORK / f"{PIECES}-{what}"
     planned = PlannedRun(drivetrain, options, store)
 
     def study(_: Path, progress: Progress) -> SimulationResult:

@@ -27,6 +27,8 @@ SPACING, HIGHEST = 5.0, 4000.0
 DISPLACEMENT, MOST_DISPLACEMENT = 1e-8, 1e-6
 ABOVE_ROUND_OFF = 100.0
 
+MOST_LEVELS = 100
+
 
 @dataclass(frozen=True)
 class Options:
@@ -151,6 +153,8 @@ def parse_levels(text: str | None) -> tuple[float, ...]:
         levels = []
     if not levels:
         raise CommandError(f"--levels = {text!r}: must be 1,10,100 or 1:1000:7log")
+    if len(levels) > MOST_LEVELS:
+        raise CommandError(f"--levels = {text!r}: at most {MOST_LEVELS} levels are possible")
     if not all(np.isfinite(level) and level > 0.0 for level in levels):
         raise CommandError(f"--levels = {text!r}: every level must be finite and above 0")
     return tuple(levels)
@@ -163,4 +167,4 @@ def _range(text: str) -> list[float]:
     if not all(np.isfinite(end) and end > 0.0 for end in ends):
         return list(ends)
     space = np.geomspace if text.endswith("log") else np.linspace
-    return [float(level) for level in space(*ends, int(number))]
+    return [float(level) for level in space(*ends, min(int(number), MOST_LEVELS + 1))]

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 from fbs import Quantity, Record
 from fbs.errors import FbsError
 from mbs_models.gears.operating_point import OperatingPoint, operating_point
 from mbs_models.integration.reversal import reversed_excitation
+from mbs_models.integration.run_store import StoredRunError, remove_run
 from mbs_models.integration.time_integration import simulate
 from mbs_models.integration.transient_record import TransientRecord
 from mbs_models.model.excitation import Excitation
@@ -90,6 +92,7 @@ class PlannedRun:
         if options.levels:
             check_levels(options.excitations, self.point)
         self.clock = Clock()
+        self.computed_again: list[str] = []
 
     def simulation(self, progress: Progress = silent) -> SimulationResult:
         """Run it, and analyse what comes out."""
@@ -118,6 +121,7 @@ class PlannedRun:
             hints=self._hints(frf_checks),
             warnings=(
                 *self.given.warnings(),
+                *self.computed_again,
                 *record.warnings,
                 *ringing_warning(ringing(record)),
                 *self._length_warning(),
@@ -164,18 +168,33 @@ class PlannedRun:
         gears = (
             ("mesh_forces", "contact", "energy", "work") if direction == FORWARD and point else ()
         )
-        return simulate(
-            build_drivetrain(self.drivetrain, point.laws if point else None),
-            (*excitations, *(point.loads if point else ())),
-            duration=self.plan.duration,
-            integrator=self.plan.integrator,
-            sampling_frequency=self.plan.sampling_frequency,
-            start_state=(static + sign * dynamic[0], sign * dynamic[1]),
-            responses=self.options.responses,
-            record=(*RECORDED, *gears),
-            store=self.store and self.store / direction,
-            progress=lambda _, done, total: self.progress(_named(direction), done, total),
+        return self._kept(
+            self.store and self.store / direction,
+            lambda store: simulate(
+                build_drivetrain(self.drivetrain, point.laws if point else None),
+                (*excitations, *(point.loads if point else ())),
+                duration=self.plan.duration,
+                integrator=self.plan.integrator,
+                sampling_frequency=self.plan.sampling_frequency,
+                start_state=(static + sign * dynamic[0], sign * dynamic[1]),
+                responses=self.options.responses,
+                record=(*RECORDED, *gears),
+                store=store,
+                progress=lambda _, done, total: self.progress(_named(direction), done, total),
+            ),
         )
+
+    def _kept(
+        self, store: Path | None, run: Callable[[Path | None], TransientRecord]
+    ) -> TransientRecord:
+        """A run that goes on from what is kept of it; from the start, where that does not fit."""
+        try:
+            return run(store)
+        except StoredRunError as error:
+            assert store is not None
+            self.computed_again.append(f"what was kept of the run is computed again: {error}")
+            remove_run(store)
+            return run(store)
 
     def _frfs(self, record: TransientRecord) -> tuple[tuple[EstimatedFrfs, ...], str, float | None]:
         """FRFs beside FBS', or why there are none, and geometry's even-order share."""

@@ -16,6 +16,7 @@ from ..arrays import FloatArray
 from ..errors import CommandError
 
 DEFAULT_SPEEDS = 300
+MOST_HARMONICS = 200
 MOST_SPEEDS = 100_000
 SPECIFIED = "must be FROM:TO:STEP, as 0:3000:10, or a list, as 600,900 (rpm)"
 
@@ -99,6 +100,8 @@ def plan(
             f"{drivetrain.name}: no [operation] table; a speed study needs its input and "
             "speed_range (and torque)"
         )
+    if not 1 <= harmonics <= MOST_HARMONICS:
+        raise CommandError(f"--harmonics = {harmonics}: must be from 1 to {MOST_HARMONICS}")
     if speed is None:
         first, last = operation.speed_range
         speeds = np.linspace(first, last, DEFAULT_SPEEDS + (first == 0.0))

@@ -64,7 +64,7 @@ def run_command(
     finished: list[Pieces] = []
 
     def study(work: Path, progress: Progress) -> SweepResult:
-        pieces = Pieces.of(plan, taken.rows, work, streamed=stream)
+        pieces = Pieces(plan, taken.rows, work, streamed=stream)
         finished.append(pieces)
         return _swept(drivetrain, plan, taken, pieces, workers, executor, progress)
 

@@ -24,6 +24,7 @@ Values = tuple[float, ...]
 
 DEFAULT_SAMPLES = 200
 MOST_SAMPLES = 1_000_000
+LARGEST = 1e100  # of a range's ends, whose difference must be a number
 FORMS = "from:to:N, from:to:Nlog, v1,v2,v3, v±p% (uniform) or v~s% (normal)"
 SAMPLINGS = ("lhs", "random")
 TABLES = {"stage": "stages", "inertia": "inertias", "coupling": "couplings"}
@@ -204,6 +205,8 @@ def _range(path: str, spec: str) -> Values:
     if match is None:
         raise _unreadable(path, spec)
     first, last = _number(path, match[1], spec), _number(path, match[2], spec)
+    if max(abs(first), abs(last)) > LARGEST:
+        raise CommandError(f"--vary {path}={spec}: must be within ±{LARGEST:g}")
     n = int(match[3])
     if not 2 <= n <= MOST_SAMPLES:
         raise CommandError(f"--vary {path}={spec}: {n} values; must be from 2 to {MOST_SAMPLES}")

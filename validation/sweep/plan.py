@@ -10,6 +10,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fbs.errors import unknown_dof
 from mbs_models.model.parameters import Drivetrain
 
 from ..arrays import BoolArray, FloatArray
@@ -19,6 +20,7 @@ from ..routes.memory import MOST_BYTES
 from .metrics import Metric, ModeMetric, columns, metrics
 from .parameters import Samples, Values, model_data
 
+MOST_MODES = 1000
 REFERENCE_STEP = 1e3  # reference springs of one sweep are this factor apart
 
 
@@ -99,13 +101,20 @@ def sweep_plan(
     ------
     CommandError
         There is no such route or metric, nothing to stream, or the result would be too large.
+    FbsError
+        There is no such DoF.
     """
     if route not in ("exudyn", "equations"):
         raise CommandError(f"--route = {route!r}: must be exudyn or equations")
-    if n_modes < 0:
-        raise CommandError(f"--modes = {n_modes}: must be at least 0")
+    if not 0 <= n_modes <= MOST_MODES:
+        raise CommandError(f"--modes = {n_modes}: must be from 0 to {MOST_MODES}")
     if streamed and pair is None:
         raise CommandError("--stream: there is no FRF; give --response and --excitation")
+    if not any(path.endswith(".planets") for path in samples.paths):  # else samples know others
+        known = drivetrain.dof_radii()
+        for label in pair or ():
+            if label not in known:
+                raise unknown_dof(label, tuple(known), "the drivetrain")
     frequency = band.frequency() if pair else None
     if frequency is not None and not streamed:
         size = 8.0 * len(samples.rows) * len(frequency)

@@ -29,7 +29,11 @@ WORTH_A_PROCESS = 200  # samples that each take an eigensolution or a base FRF
 class Store(Protocol):
     """Where finished pieces of a sweep are kept, so that an interrupted one can go on."""
 
-    def load(self, key: str) -> SampleResults | None:
+    @property
+    def unfit(self) -> Sequence[str]:
+        """Pieces that were there and could not be used."""
+
+    def load(self, key: str, at: Sequence[int]) -> SampleResults | None:
         """The piece of that key, if it is there; without |H| if that is in its place already."""
 
     def save(self, key: str, results: SampleResults) -> None:
@@ -89,7 +93,7 @@ def sweep(
     status, done = np.full(len(samples), "", dtype=object), 0
     progress("sweeping", done, len(samples))
 
-    for key, piece, is_new in _stored_or_computed(plan, pieces, workers, store, warn):
+    for key, piece, is_new in _stored_or_computed(plan, pieces, places, workers, store, warn):
         at = places[key]
         status[at] = piece.status
         if len(piece.magnitude):
@@ -106,6 +110,7 @@ def sweep(
 def _stored_or_computed(
     plan: SweepPlan,
     pieces: Mapping[str, tuple[Values, ...]],
+    places: Mapping[str, Sequence[int]],
     workers: Workers,
     store: Store | None,
     warn: Callable[[str], None],
@@ -113,10 +118,15 @@ def _stored_or_computed(
     """Every piece, and whether it is new."""
     missing = dict(pieces)
     for key in pieces:
-        piece = None if store is None else store.load(key)
+        piece = None if store is None else store.load(key, places[key])
         if piece is not None:
             del missing[key]
             yield key, piece, False
+    if store is not None and store.unfit:
+        warn(
+            f"{len(store.unfit)} of the pieces kept of an interrupted sweep are damaged, or "
+            "another version's: they are computed again"
+        )
     for key, piece in computed(_work(plan), missing, workers, warn):
         yield key, piece, True
 

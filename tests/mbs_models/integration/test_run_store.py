@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -14,7 +15,7 @@ from mbs_models.contact.mesh_excitation import MeshLaw
 from mbs_models.errors import ModelError
 from mbs_models.integration.fingerprint import fingerprint
 from mbs_models.integration.integrators import RK44, TRAPEZOIDAL, Integrator
-from mbs_models.integration.run_store import read_run, remove_run
+from mbs_models.integration.run_store import StoredRunError, read_run, remove_run
 from mbs_models.integration.time_integration import simulate
 from mbs_models.integration.transient_record import QUANTITIES, TransientRecord
 from mbs_models.model.excitation import Excitation
@@ -94,7 +95,7 @@ def test_a_run_stopped_before_it_had_its_arrays_begins_again(tmp_path: Path) -> 
     whole = run(None)
     interrupted(tmp_path, 0)
     (tmp_path / "displacement.npy.part").unlink()
-    (tmp_path / "checkpoint.npz").unlink(missing_ok=True)
+    (tmp_path / "checkpoint").unlink(missing_ok=True)
     np.testing.assert_array_equal(run(tmp_path).displacement, whole.displacement)
 
 
@@ -111,7 +112,7 @@ def test_only_files_of_the_run_are_removed(finished: bool, tmp_path: Path) -> No
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="making links takes rights there")
-@pytest.mark.parametrize("name", ["checkpoint.npz", "velocity.npy", "velocity.npy.part"])
+@pytest.mark.parametrize("name", ["checkpoint", "velocity.npy", "velocity.npy.part"])
 def test_a_link_in_a_new_directory_is_not_followed(name: str, tmp_path: Path) -> None:
     store, outside = tmp_path / "run", tmp_path / "outside"
     store.mkdir()
@@ -127,7 +128,7 @@ def test_a_finished_run_is_read_not_run_again(tmp_path: Path) -> None:
     again = run(tmp_path, progress=lambda what, done, total: told.append(done))
     assert told == [2000]
     np.testing.assert_array_equal(again.velocity, first.velocity)
-    names = {f"{what}.npy" for what in ARRAYS} | {"run.json", "checkpoint.npz"}
+    names = {f"{what}.npy" for what in ARRAYS} | {"run.json", "checkpoint"}
     assert {path.name for path in tmp_path.iterdir()} == names
 
 
@@ -181,12 +182,40 @@ def test_damaged_and_unfinished_runs_are_said_to_be(tmp_path: Path) -> None:
     interrupted(tmp_path, 900)
     with pytest.raises(ModelError, match="not finished; run it again to resume it"):
         read_run(tmp_path)
-    part = tmp_path / "velocity.npy.part"
-    part.write_bytes(part.read_bytes()[:1000])
-    with pytest.raises(ModelError, match=r"velocity.npy.part: shorter than its checkpoint says"):
-        run(tmp_path)
-    (tmp_path / "checkpoint.npz").write_bytes(b"no archive")
-    with pytest.raises(ModelError, match=r"checkpoint.npz: cannot be read"):
+    part, checkpoint = tmp_path / "velocity.npy.part", tmp_path / "checkpoint"
+    for content in (
+        part.read_bytes()[:1000],
+        part.read_bytes()[:50],
+        (tmp_path / "displacement.npy.part").read_bytes(),
+        part.read_bytes()[:-9] + b"x" + part.read_bytes()[-8:],
+    ):
+        part.write_bytes(content)
+        with pytest.raises(StoredRunError, match=r"velocity.npy.part: its samples are not those"):
+            run(tmp_path)
+    whole = checkpoint.read_bytes()
+    for content in (b"", b"no archive", whole[:-1], whole[:-1] + bytes([whole[-1] ^ 1])):
+        checkpoint.write_bytes(content)
+        with pytest.raises(StoredRunError, match=r"checkpoint: is damaged, or another run's"):
+            run(tmp_path)
+    remove_run(tmp_path)
+    assert not tmp_path.exists()
+
+
+def test_a_checkpoint_of_another_run_is_none(tmp_path: Path) -> None:
+    """Nor can arrays and checkpoint of two runs be mixed."""
+    for name, force in (("one", 1.0), ("two", 2.0)):
+        interrupted(tmp_path / name, 900, amplitude=force)
+    shutil.copy(tmp_path / "two" / "checkpoint", tmp_path / "one" / "checkpoint")
+    with pytest.raises(StoredRunError, match="checkpoint: is damaged, or another run's"):
+        run(tmp_path / "one")
+
+
+def test_other_code_does_not_go_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    interrupted(tmp_path, 900)
+    monkeypatch.setattr(
+        "mbs_models.integration.time_integration.code_digest", lambda *_: "another version"
+    )
+    with pytest.raises(StoredRunError, match="versions differ"):
         run(tmp_path)
 
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+import shlex
 import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
@@ -132,8 +134,47 @@ def test_an_interrupted_paper_is_told(
 
 
 @pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (OSError(5, "Input/output error", "gone.npz"), "gone.npz: Input/output error"),
+        (OSError(28, "No space left on device"), "standard output: No space left on device"),
+        (OSError(24, "Too many open files"), "Too many open files"),
+    ],
+)
+def test_a_fault_of_the_machine_is_one_message(
+    error: OSError,
+    words: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    raising(monkeypatch, error)
+    assert call("modes") == 2
+    assert capsys.readouterr().err == f"crosscheck: {words}\n"
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a stream that is full")
+@pytest.mark.parametrize(
+    ("arguments", "closed", "code"),
+    [
+        ("check /no/such.toml", "2>/dev/full", 2),
+        ("check /no/such.toml", "2>&-", 2),
+        ("presets", ">/dev/full", 2),
+        ("presets", ">&-", 0),
+        ("presets", ">&- 2>&-", 0),
+        ("presets", ">/dev/full 2>/dev/full", 2),
+    ],
+)
+def test_streams_that_take_nothing_change_no_code_to_another(
+    arguments: str, closed: str, code: int
+) -> None:
+    """1 would be a disagreement, 120 is Python's own for a stream it cannot flush."""
+    command = f"{shlex.quote(sys.executable)} -m validation {arguments} {closed}"
+    assert subprocess.run(command, shell=True, capture_output=True, timeout=60).returncode == code
+
+
+@pytest.mark.parametrize(
     "error",
-    [StopIteration(), KeyError("stage"), OSError(5, "Input/output error"), SystemExit(1)],
+    [StopIteration(), KeyError("stage"), SystemExit(1)],
 )
 @pytest.mark.parametrize("command", COMMANDS)
 def test_a_fault_of_our_own_is_no_verdict(
@@ -158,7 +199,7 @@ def test_too_little_memory_is_one_message(
     assert call("modes") == 2
     told = capsys.readouterr().err
     assert told.count("\n") == 1
-    assert "not enough memory (Unable to allocate 7 TiB); give a larger --df" in told
+    assert "not enough memory (Unable to allocate 7 TiB); ask for less" in told
 
 
 @pytest.mark.parametrize("command", ["modes", "schema", "presets"])  # modes prints through rich
@@ -176,3 +217,15 @@ def test_a_reader_gone_is_no_disagreement(command: str) -> None:
         os.close(writing)
     assert done.returncode == 141  # 128 + SIGPIPE, as a shell says it
     assert done.stderr == ""
+
+
+def test_what_would_steer_a_terminal_is_written_out(capsys: pytest.CaptureFixture[str]) -> None:
+    assert call("check", "no\x1b]0;title\x07\u202e\x9b\nsuch.toml") == 2
+    assert capsys.readouterr().err.startswith(
+        r"crosscheck: no\x1b]0;title\x07\u202e\x9b\nsuch.toml: neither"
+    )
+
+
+def test_long_values_are_cut(capsys: pytest.CaptureFixture[str]) -> None:
+    assert call("check", 10000 * "x") == 2
+    assert len(capsys.readouterr().err) < 1100

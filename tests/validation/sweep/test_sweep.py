@@ -29,6 +29,10 @@ from validation.sweep.plan import SampleResults, SweepPlan, base_values, referen
 from validation.sweep.run import sweep
 from validation.sweep.sample import Bench, evaluate, part_key, spring_deflection
 
+UNFIT = (
+    "{} of the pieces kept of an interrupted sweep are damaged, or another version's: they are "
+    "computed again"
+)
 PAIR = ("planetary.sun.w", "reducer.pinion.w")
 SPRING = "coupling.second_stiffness"
 BAND = Band(5.0, 3000.0, 5.0)
@@ -371,7 +375,7 @@ def test_an_executor_that_is_gone_is_given_up(paper, serial, monkeypatch):
 
 def test_a_streamed_sweep_is_the_same_and_goes_on(paper, serial, tmp_path):
     todo, found = small(paper)
-    pieces = Pieces.of(todo, found.rows, tmp_path, streamed=True)
+    pieces = Pieces(todo, found.rows, tmp_path, streamed=True)
     shape = serial.magnitude.shape
 
     def interrupt(_: str, done: int, __: int) -> None:
@@ -387,15 +391,15 @@ def test_a_streamed_sweep_is_the_same_and_goes_on(paper, serial, tmp_path):
             magnitude=pieces.magnitude(shape),
         )
     kept = sorted(path.name for path in pieces.directory.iterdir())
-    assert kept == ["0.npz", "10.npz", "magnitude.npy"]
-    assert (pieces.directory / "0.npz").stat().st_size < serial.magnitude[:10].nbytes / 2
+    assert kept == ["0.piece", "10.piece", "magnitude.npy"]
+    assert (pieces.directory / "0.piece").stat().st_size < serial.magnitude[:10].nbytes / 2
     outcome = sweep(todo, found.rows, store=pieces, magnitude=pieces.magnitude(shape))
     assert_same(serial, outcome)
     np.testing.assert_array_equal(np.load(pieces.magnitude_file), serial.magnitude)
     pieces.magnitude_file.unlink()  # then what was kept beside it is worth nothing
-    again = pieces.magnitude(shape)
-    assert [path.name for path in pieces.directory.iterdir()] == ["magnitude.npy"]
-    assert_same(serial, sweep(todo, found.rows, store=pieces, magnitude=again))
+    again, told = pieces.magnitude(shape), []
+    assert_same(serial, sweep(todo, found.rows, store=pieces, magnitude=again, warn=told.append))
+    assert told == [UNFIT.format(3)]
 
 
 def test_an_interrupted_sweep_goes_on(paper, serial, tmp_path, monkeypatch):
@@ -405,7 +409,7 @@ def test_an_interrupted_sweep_goes_on(paper, serial, tmp_path, monkeypatch):
         "validation.sweep.run.evaluate",
         lambda task, samples: computed.append(len(samples)) or evaluate(task, samples),
     )
-    pieces = Pieces.of(todo, found.rows, tmp_path)
+    pieces = Pieces(todo, found.rows, tmp_path)
 
     def interrupt(_: str, done: int, __: int) -> None:
         if done >= 10:
@@ -419,13 +423,75 @@ def test_an_interrupted_sweep_goes_on(paper, serial, tmp_path, monkeypatch):
     assert told == [0, 10, 20, 24]
     assert computed == [10, 10, 4]
     assert_same(serial, outcome)
-    (pieces.directory / "10.npz").write_bytes(b"cut short")
-    assert_same(serial, sweep(todo, found.rows, store=pieces))
-    other = Pieces.of(todo, found.rows[1:], tmp_path)
-    assert other.load("0") is None
+    other = Pieces(todo, found.rows[1:], tmp_path)
+    assert other.load("0", range(10)) is None
+    assert not other.unfit
     (pieces.directory / "photo.npz").write_bytes(b"mine")
     pieces.clear()
     assert [path.name for path in pieces.directory.iterdir()] == ["photo.npz"]
+
+
+def swapped(pieces: Pieces) -> None:
+    first, second = (pieces.directory / f"{key}.piece" for key in ("0", "10"))
+    content = first.read_bytes()
+    first.write_bytes(second.read_bytes())
+    second.write_bytes(content)
+
+
+def cut(pieces: Pieces) -> None:
+    for key in ("0", "10"):
+        piece = pieces.directory / f"{key}.piece"
+        piece.write_bytes(piece.read_bytes()[:-1])
+
+
+def flipped(pieces: Pieces) -> None:
+    for key in ("0", "10"):
+        piece = pieces.directory / f"{key}.piece"
+        content = bytearray(piece.read_bytes())
+        content[len(content) // 2] ^= 1
+        piece.write_bytes(content)
+
+
+def flipped_row(pieces: Pieces) -> None:
+    rows = np.load(pieces.magnitude_file, mmap_mode="r+")
+    rows[:, 7] *= 1.0 + 2.0**-52
+
+
+def linked(pieces: Pieces) -> None:
+    for key in ("0", "10"):
+        piece = pieces.directory / f"{key}.piece"
+        piece.unlink()
+        piece.symlink_to("/dev/zero")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="making links takes rights there")
+@pytest.mark.parametrize("damage", [swapped, cut, flipped, flipped_row, linked])
+def test_kept_pieces_that_do_not_fit_are_computed_again(paper, serial, tmp_path, damage):
+    todo, found = small(paper)
+    pieces = Pieces(todo, found.rows, tmp_path, streamed=True)
+    room = pieces.magnitude(serial.magnitude.shape)
+    sweep(todo, found.rows, store=pieces, magnitude=room)
+    (pieces.directory / "20.piece").unlink()
+    damage(pieces)
+    told: list[str] = []
+    pieces = Pieces(todo, found.rows, tmp_path, streamed=True)
+    room = pieces.magnitude(serial.magnitude.shape)
+    outcome = sweep(todo, found.rows, store=pieces, magnitude=room, warn=told.append)
+    assert told == [UNFIT.format(2)]
+    assert_same(serial, outcome)
+
+
+def test_pieces_of_other_code_or_libraries_are_computed_again(paper, serial, tmp_path, monkeypatch):
+    todo, found = small(paper)
+    sweep(todo, found.rows, store=Pieces(todo, found.rows, tmp_path))
+    for name, other in (("code_digest", lambda *_: "other"), ("versions", lambda: ("3.0",))):
+        told: list[str] = []
+        with monkeypatch.context() as patched:
+            patched.setattr(f"validation.runtime.kept.{name}", other)
+            pieces = Pieces(todo, found.rows, tmp_path)
+            outcome = sweep(todo, found.rows, store=pieces, warn=told.append)
+        assert told == [UNFIT.format(3)]
+        assert_same(serial, outcome)
 
 
 def test_results_too_large_are_refused(paper):

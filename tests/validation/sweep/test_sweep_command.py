@@ -139,7 +139,7 @@ def test_a_stream_that_does_not_fit_the_disk_is_refused(paper, tmp_path, monkeyp
     monkeypatch.setattr("os.posix_fallocate", full, raising=False)
     found = samples_of(paper, [f"{SPRING}=1e5,1e6"])
     todo = sweep_plan(paper, found, BAND, PAIR)
-    pieces = Pieces.of(todo, found.rows, tmp_path, streamed=True)
+    pieces = Pieces(todo, found.rows, tmp_path, streamed=True)
     with pytest.raises(
         CommandError, match=r"--stream: 0\.1 GB in .*: No space left on device; give"
     ):
