@@ -155,6 +155,10 @@ def read_arrays(
             return {name: _array(archive, name, needed.get(name)) for name in chosen}
     except (NotImplementedError, RuntimeError, zipfile.BadZipFile, zlib.error, EOFError) as error:
         raise FbsError(f"the file is damaged ({error})") from error
+    except OSError as error:
+        if error.errno != errno.EINVAL:  # a directory of places before the file's beginning
+            raise
+        raise FbsError("the file is damaged") from error
 
 
 def _archive(file: BinaryIO, needed: Iterable[str]) -> zipfile.ZipFile:
