@@ -13,6 +13,8 @@ from ..errors import AmbiguousDofError, FbsError, NonFiniteError, unknown_dof
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
+HIGHEST = 1e15  # Hz; far above anything that vibrates, and ω² is a number still
+
 
 def read_only(array: NDArray[Any]) -> NDArray[Any]:
     """Return a read-only view; memory order and the caller's own array stay as they are."""
@@ -159,7 +161,7 @@ def positions(wanted: Iterable[str], known: Sequence[str], where: str) -> list[i
 
 
 def ascending_frequency(frequency: ArrayLike) -> FloatArray:
-    """Return a frequency axis in Hz: one-dimensional, finite, >= 0, strictly ascending."""
+    """Return a frequency axis in Hz: one-dimensional, >= 0, physical, strictly ascending."""
     axis = numbers(frequency, "the frequency axis")
     if axis.ndim != 1 or axis.size == 0:
         raise FbsError(f"the frequency axis must be one-dimensional, got shape {axis.shape}")
@@ -174,6 +176,10 @@ def ascending_frequency(frequency: ArrayLike) -> FloatArray:
         raise FbsError(
             "the frequency axis must ascend strictly, but line "
             f"{line + 1} ({axis[line + 1]:.10g} Hz) follows {axis[line]:.10g} Hz"
+        )
+    if axis[-1] > HIGHEST:
+        raise FbsError(
+            f"frequencies must be at most {HIGHEST:g} Hz, the last is {axis[-1]:.10g} Hz"
         )
     return frozen(axis)
 

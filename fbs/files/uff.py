@@ -366,7 +366,8 @@ def _candidate(f: Function, system: UnitSystem | None, given: Given) -> Candidat
             (f.response, f.reference), (f.ordinate, f.denominator), quantity, system,
             given.units, name,
         )  # fmt: skip
-        values = f.values * (sign * stated.factor)
+        with np.errstate(invalid="ignore", over="ignore"):  # what is not finite is refused below
+            values = f.values * (sign * stated.factor)
         axis = _axis(f, name)
         return Measured(
             response, excitation, quantity, axis, values, stated.angle, stated.moment, stated.note

@@ -13,7 +13,7 @@ import numpy as np
 from fbs import Quantity, Record, read_uff
 from fbs.files.record_files import read_record, write_record
 from mbs_models.model.model_file import load
-from validation.routes.substitution import read_replacements
+from validation.routes.substitution import read_substitutions
 
 from .mutations import changed_bytes, changed_text, odd_text
 from .trial import DOFS, SMALL, Fault, command, ended, refused_or
@@ -64,9 +64,7 @@ def frf_files(rng: random.Random, folder: Path) -> str:
         content = changed_bytes(rng, content)
     file = folder / f"part{ending}"
     file.write_bytes(content)
-    return refused_or(
-        lambda: read_replacements(load("paper"), [f"planetary={file}"], None, None, None)
-    )
+    return refused_or(lambda: read_substitutions(load("paper"), [f"planetary={file}"]))
 
 
 def _other_arrays(rng: random.Random) -> bytes:
@@ -92,7 +90,7 @@ def _other_arrays(rng: random.Random) -> bytes:
         case _:
             arrays[name] = np.zeros((0, *value.shape[1:]), value.dtype)
     file = io.BytesIO()
-    np.savez(file, **arrays)
+    np.savez(file, allow_pickle=False, **arrays)
     return file.getvalue()
 
 
