@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -46,7 +47,7 @@ def at_sun(force: float = 0.5) -> Excitation[Multisine]:
     return Excitation(SUN, sun_multisine(force))
 
 
-def lin_parker():  # type: ignore[no-untyped-def]
+def lin_parker() -> Any:  # type: ignore[no-untyped-def]
     return damped(load("lin-parker-3"), rayleigh_damping(*RAYLEIGH))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -145,7 +146,7 @@ def test_a_bearing_one_percent_off_is_found() -> None:
 def test_a_flipped_mesh_direction_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     original = equations.ring_mesh
 
-    def flipped(stage, planet, phi):  # type: ignore[no-untyped-def]
+    def flipped(stage: Any, planet: Any, phi: Any) -> Any:  # type: ignore[no-untyped-def]
         deflection = dict(original(stage, planet, phi))
         if planet == "planet3":
             deflection["planetary.ring.w"] *= -1.0
@@ -167,7 +168,7 @@ def test_a_flipped_mesh_direction_is_found(monkeypatch: pytest.MonkeyPatch) -> N
 def test_a_missing_half_of_the_hub_is_found() -> None:
     """2.2e-8 kg of 17 kg: visible in no FRF by eye, and found."""
 
-    def without_half(drivetrain: Drivetrain, name: str):  # type: ignore[no-untyped-def]
+    def without_half(drivetrain: Drivetrain, name: str) -> Any:  # type: ignore[no-untyped-def]
         if name == "planetary":
             drivetrain = with_coupling(drivetrain, inertia_over_r2=4.48e-12)
         return equations.stage_system(drivetrain, name)

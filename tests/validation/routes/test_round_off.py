@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -26,7 +27,7 @@ COARSE = Band(50.0, 4000.0, 50.0)
 HUBS = [4.48e-8, 1e-10, 1e-12, 1e-14]  # kg; K/m of the last is λ = 1e22 (rad/s)²
 
 
-def hub(mass: float):  # type: ignore[no-untyped-def]
+def hub(mass: float) -> Any:  # type: ignore[no-untyped-def]
     return with_coupling(load("paper-table2"), inertia_over_r2=mass)
 
 
