@@ -81,7 +81,7 @@ def couple(
     Z^-1 = 0 for rigid joints. Y stays in its blocks; no block-diagonal matrix is formed, and of
     Y_c only what is asked for: the kernel needs the joints' DoFs and no others.
 
-    The the paper's Eq. (15) is the case of two substructures A, B and rigid joints, provided the
+    The paper's Eq. (15) is the case of two substructures A, B and rigid joints, provided the
     last block of its column is -B_H_jc: with Y B^T = [A_H_ic; A_H_cc; -B_H_jc], compatibility
     u_A = u_B asks for the minus sign, and without it every FRF between A and B changes sign. For
     flexible joints its kernel is (A_H_cc + B_H_cc + K_s^-1)^-1, inverted as a whole; the printed

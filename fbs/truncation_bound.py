@@ -60,7 +60,7 @@ Round-off
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -242,7 +242,9 @@ def rayleigh_part(
     index, factor = system.locate(ports)
     heard = moving(left_out.shapes, index)
     left, squares = left_out.shapes[:, heard], left_out.squares[heard]
-    frf = modal_frf(system, axis, ports, ports, modes=modes)
+    # where the series diverges the bound says so, and of silent modes it is none
+    unlimited = replace(modes, series_limit=np.inf)
+    frf = modal_frf(system, axis, ports, ports, modes=unlimited)
     omega, (alpha, beta) = frf.omega, coefficients
     mu, v = 1 + 1j * (system.loss_factor + omega * beta), omega**2 - 1j * omega * alpha
     order = len(modes.residuals)

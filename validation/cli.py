@@ -14,6 +14,7 @@ from .cli_options import (
     Checked,
     Df,
     Estimator,
+    Excitations,
     Executor,
     FileMap,
     FileNoise,
@@ -240,15 +241,7 @@ def sweep(
 @app.command()
 def simulate(
     model: Model = "paper",
-    excitation: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="TYPE@DOF:KEY=VALUE,…",
-            help="harmonic, stepped-sine, sweep, multisine, noise, impulse or record at a DoF, as "
-            "sweep@reducer.pinion.w:fmax=2000,amplitude=0.1; may be repeated (default: the model "
-            "file's, else a multisine at the first DoF).",
-        ),
-    ] = None,
+    excitation: Excitations = None,
     response: Annotated[
         list[str] | None,
         typer.Option(help="DoFs to record (repeat, or separate by commas; default: all)."),

@@ -193,3 +193,14 @@ TruncationBand = Annotated[
     str | None,
     typer.Option(metavar="FROM:TO[:STEP]", help="The lines, Hz (default: 1:4000:1)."),
 ]
+
+# crosscheck simulate
+Excitations = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="TYPE@DOF:KEY=VALUE,…",
+        help="harmonic, stepped-sine, sweep, multisine, noise, impulse or record at a DoF, as "
+        "sweep@reducer.pinion.w:fmax=2000,amplitude=0.1; may be repeated (default: the model "
+        "file's, else a multisine at the first DoF).",
+    ),
+]

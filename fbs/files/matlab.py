@@ -1,13 +1,15 @@
-"""Arrays in MATLAB files: version 5 to 7 through scipy, 7.3 (HDF5) through h5py where installed.
+"""Arrays in MATLAB files: version 5 to 7, and 7.3 (HDF5) through h5py where that is installed.
 
-A file is walked through before it is read: what its headers claim is held against the bytes that
-are there, compressed ones unpacked piece by piece and counted. Only numbers, text and cells of text
-are read; objects, functions and links to other files are refused.
+Version 5 is written by scipy and read here, element by element: scipy's reader ends the whole
+program at some damaged files. What headers claim is held against the bytes that are there,
+compressed ones are unpacked piece by piece and counted. Only numbers, text and cells of text are
+read; objects, functions and links to other files are refused.
+
+Format: MATLAB, MAT-File Format (MathWorks).
 """
 
 from __future__ import annotations
 
-import io
 import math
 import struct
 import zlib
@@ -24,7 +26,6 @@ from .untrusted import open_plain, read_plain, require_packed, require_values
 HDF5 = b"\x89HDF\r\n\x1a\n"
 USER_BLOCK = 512  # bytes before the HDF5 of a file that MATLAB writes
 MATRIX, COMPRESSED = 14, 15
-CELL, NUMERIC, CHAR, SPARSE = 1, range(6, 16), 4, 5
 PIECE = 2**20
 
 Arrays = dict[str, NDArray[Any]]
@@ -87,26 +88,30 @@ def read_mat(path: Path, needed: Kinds, more: Iterable[str] = ()) -> Arrays:
 
 # --- version 5 ---------------------------------------------------------------------------------
 
+CELL, CHAR, NUMERIC = 1, 4, range(6, 16)
+COMPLEX_FLAG = 0x800
+NUMBERS = {
+    1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8",
+}  # fmt: skip
+ENCODINGS = {16: "utf-8", 17: "utf-16", 18: "utf-32"}
+
 
 def _read_v5(path: Path, names: list[str]) -> Arrays:
-    from scipy.io import loadmat
-
     content = read_plain(path, _order)
-    _require_sound(content, _order(content))
-    try:
-        found = loadmat(io.BytesIO(content), variable_names=names, chars_as_strings=True)
-    except (ValueError, TypeError, NotImplementedError, EOFError, KeyError, IndexError) as error:
-        raise FbsError(f"the file is damaged, or no MATLAB file ({error})") from error
-    return {name: _text_or_numbers(found[name], name) for name in names if name in found}
-
-
-def _text_or_numbers(array: NDArray[Any], name: str) -> NDArray[Any]:
-    if array.dtype != object:
-        return np.char.rstrip(array.ravel()) if array.dtype.kind == "U" else array
-    words = [np.ravel(cell) for cell in array.ravel()]
-    if any(word.size > 1 or word.dtype.kind != "U" for word in words):
-        raise FbsError(f"the variable {name} is a cell array of other things than text")
-    return np.array([str(word[0]) if word.size else "" for word in words])
+    order = _order(content)
+    found: Arrays = {}
+    total, at = 0, 128
+    while at < len(content):
+        kind, body, at = _element(content, at, order)
+        if kind == COMPRESSED:
+            body = _unpacked(body, total)
+            kind, body, _ = _element(body, 0, order)
+        total += len(body)
+        if kind == MATRIX:
+            name, array = _matrix(body, order, names)
+            if array is not None:
+                found[name] = array
+    return found
 
 
 def _order(head: bytes) -> str:
@@ -117,18 +122,65 @@ def _order(head: bytes) -> str:
     return order
 
 
-def _require_sound(content: bytes, order: str) -> None:
-    """Refuse headers that claim more than there is."""
-    total = 0
-    at = 128
-    while at < len(content):
-        kind, body, at = _element(content, at, order)
-        if kind == COMPRESSED:
-            body = _unpacked(body, total)
-            kind, body, _ = _element(body, 0, order)
-        total += len(body)
-        if kind == MATRIX:
-            _require_matrix(body, order)
+def _matrix(
+    body: Any, order: str, names: Iterable[str] | None, depth: int = 0
+) -> tuple[str, NDArray[Any] | None]:
+    """Return name and values of an array; None of one that is not asked for."""
+    _, flags, at = _element(body, 0, order)
+    _, dims, at = _element(body, at, order)
+    _, label, at = _element(body, at, order)
+    if len(flags) < 4 or not 8 <= len(dims) <= 128:
+        raise FbsError("the file is damaged: an array has no dimensions")
+    flag = struct.unpack_from(f"{order}I", flags)[0]
+    name = bytes(label).decode("latin-1")
+    if names is not None and name not in names:
+        return name, None
+    shape = struct.unpack_from(f"{order}{len(dims) // 4}i", dims)
+    count = math.prod(shape) if min(shape) >= 0 else -1
+    kind = flag & 0xFF
+    if kind == CELL and depth == 0:
+        require_values(count, len(body) - at, 8, f"the cell array {name}")
+        return name, np.array(list(_cells(body, at, order, name)))
+    if kind != CHAR and kind not in NUMERIC:
+        raise FbsError(
+            f"the variable {name} is a structure, an object or a function; it must be a plain array"
+        )
+    values, at = _numbers(body, at, order, count, name, text=kind == CHAR)
+    if kind == CHAR:
+        rows = values.reshape(shape, order="F")
+        return name, np.array(["".join(row).rstrip() for row in rows.reshape(shape[0], -1)])
+    if flag & COMPLEX_FLAG:
+        values = values + 1j * _numbers(body, at, order, count, name, text=False)[0]
+    return name, values.reshape(shape, order="F")
+
+
+def _cells(body: Any, at: int, order: str, name: str) -> Iterator[str]:
+    while at < len(body):
+        _, inner, at = _element(body, at, order)
+        words = _matrix(inner, order, None, depth=1)[1] if len(inner) else np.array([""])
+        if words is None or words.dtype.kind != "U" or words.size > 1:
+            raise FbsError(f"the variable {name} is a cell array of other things than text")
+        yield str(words[0]) if words.size else ""
+
+
+def _numbers(
+    body: Any, at: int, order: str, count: int, name: str, *, text: bool
+) -> tuple[NDArray[Any], int]:
+    """Return the numbers (or characters) of an element, of which there must be `count`."""
+    kind, raw, at = _element(body, at, order)
+    if text and kind in ENCODINGS:
+        suffix = {"<": "-le", ">": "-be"}[order] if kind > 16 else ""
+        values = np.array(list(bytes(raw).decode(ENCODINGS[kind] + suffix, errors="replace")))
+    else:
+        if kind not in NUMBERS:
+            raise FbsError(f"the variable {name} is damaged: it has elements of type {kind}")
+        dtype = np.dtype(order + NUMBERS[kind])
+        values = np.frombuffer(raw, dtype=dtype, count=len(raw) // dtype.itemsize)
+        if text:
+            values = np.array([chr(int(code) & 0xFFFF) for code in values])
+    if values.size != count:
+        raise FbsError(f"the variable {name} announces {count} values; there are {values.size}")
+    return values, at
 
 
 def _unpacked(packed: memoryview | bytes, before: int) -> bytes:
@@ -156,27 +208,6 @@ def _element(content: Any, at: int, order: str) -> tuple[int, Any, int]:
     if end > len(content):
         raise FbsError("the file is cut short")
     return kind, content[at + 8 : end], end if kind == COMPRESSED else end + (-size) % 8
-
-
-def _require_matrix(body: Any, order: str, depth: int = 0) -> None:
-    """Hold the dimensions of an array, and of those in its cells, against its bytes."""
-    if not len(body):
-        return  # an empty cell
-    _, flags, at = _element(body, 0, order)
-    _, dims, at = _element(body, at, order)
-    _, _, at = _element(body, at, order)  # its name
-    kind = struct.unpack_from(f"{order}I", flags)[0] & 0xFF
-    shape = struct.unpack_from(f"{order}{len(dims) // 4}i", dims)
-    count = math.prod(shape) if min(shape, default=-1) >= 0 else -1
-    if kind in (CHAR, *NUMERIC):
-        require_values(count, max(len(body) - at, 4 * (count < 5)), 1, "an array")
-    elif kind == CELL and depth < 2:
-        require_values(count, len(body) - at, 8, "a cell array")
-        while at < len(body):
-            _, inner, at = _element(body, at, order)
-            _require_matrix(inner, order, depth + 1)
-    else:
-        raise FbsError("it holds structures, objects or functions; needed are plain arrays")
 
 
 # --- version 7.3 -------------------------------------------------------------------------------

@@ -92,7 +92,10 @@ def _decoded(content: bytes) -> str:
 
 
 def _fields(line: str, separator: str) -> list[str]:
-    return [field.strip() for field in next(csv.reader([line], delimiter=separator), [])]
+    try:
+        return [field.strip() for field in next(csv.reader([line], delimiter=separator), [])]
+    except csv.Error as error:
+        raise FbsError(f"its header is damaged ({error})") from error
 
 
 def _is_number(text: str) -> bool:

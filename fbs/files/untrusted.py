@@ -141,24 +141,32 @@ def read_arrays(
     OSError
         As for `open_plain`.
     """
+    with open_plain(path) as file, _damage_named(), _archive(file, needed) as archive:
+        names = [name.removesuffix(".npy") for name in archive.namelist()]
+        missing = [name for name in needed if name not in names]
+        if missing:
+            raise FbsError(
+                f"there is no array {' and no '.join(missing)}; needed are "
+                f"{', '.join(needed)}, it has {', '.join(names) or 'none'}"
+            )
+        chosen = [*needed, *(name for name in more if name in names)]
+        _require_unpacked(archive, chosen)
+        return {name: _array(archive, name, needed.get(name)) for name in chosen}
+
+
+@contextmanager
+def _damage_named() -> Iterator[None]:
+    """Name what zipfile raises of a damaged archive; OSError is a place before its start."""
     try:
-        with open_plain(path) as file, _archive(file, needed) as archive:
-            names = [name.removesuffix(".npy") for name in archive.namelist()]
-            missing = [name for name in needed if name not in names]
-            if missing:
-                raise FbsError(
-                    f"there is no array {' and no '.join(missing)}; needed are "
-                    f"{', '.join(needed)}, it has {', '.join(names) or 'none'}"
-                )
-            chosen = [*needed, *(name for name in more if name in names)]
-            _require_unpacked(archive, chosen)
-            return {name: _array(archive, name, needed.get(name)) for name in chosen}
-    except (NotImplementedError, RuntimeError, zipfile.BadZipFile, zlib.error, EOFError) as error:
-        raise FbsError(f"the file is damaged ({error})") from error
-    except OSError as error:
-        if error.errno != errno.EINVAL:  # a directory of places before the file's beginning
-            raise
-        raise FbsError("the file is damaged") from error
+        yield
+    except FbsError:
+        raise
+    except (
+        NotImplementedError, RuntimeError, zipfile.BadZipFile, zlib.error, EOFError, KeyError,
+        OSError, ValueError,
+    ) as error:  # fmt: skip
+        words = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise FbsError(f"the file is damaged ({words})") from error
 
 
 def _archive(file: BinaryIO, needed: Iterable[str]) -> zipfile.ZipFile:

@@ -88,10 +88,7 @@ def basis_trial(seed: int) -> tuple[int, int, float]:
     exact = Whole.of(parts).frf(2 * np.pi * axis, nodes)
 
     def error(truncated: dict[str, Any]) -> float:
-        frfs = {
-            name: modal_frf(part.system, axis, modes=part.modes) for name, part in truncated.items()
-        }
-        values = couple(frfs, parts.joints, labels, labels).frf.values
+        values = bounded_frf(truncated, parts.joints, axis, labels, labels).frf.values
         with np.errstate(divide="ignore"):
             decibels = np.abs(20 * np.log10(np.abs(values / exact).astype(float)))
         at = [(labels.index(i), labels.index(j)) for i, j in pairs]

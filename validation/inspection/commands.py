@@ -79,13 +79,11 @@ def inspect_command(
     channels: Sequence[str],
 ) -> None:
     """Print what a file of FRFs or records holds; `said` is its quantity, unit and run."""
-    from mbs_models.model.model_file import load
-
     from ..routes.frf_input import file_options
     from .measured_file import channel_options, inspection
 
     options, named = file_options(*said), channel_options(channels)
-    drivetrain = None if model is None else load(model)
+    drivetrain = None if model is None else model_file.load(model)
     print("\n".join(inspection(file, options, named, drivetrain)))
 
 

@@ -9,7 +9,7 @@ from fbs import Frf, couple, frequency_axis, synthesize
 from fbs.measured.uncertainty import Scatter, coupled_uncertainty, sampled
 from tests.strategies import damped, paper
 from validation.routes import multibody
-from validation.routes.routes import coupling_joints
+from validation.routes.joints import coupling_joints
 
 REPETITIONS = 1000
 WANTED = ["reducer.pinion.w", "coupling.w", "planetary.sun.w", "planetary.ring.w"]
