@@ -56,10 +56,10 @@ def test_help(arguments: list[str], code: int, capsys: pytest.CaptureFixture[str
 def raising(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
     """Let every model's reading end so."""
 
-    def load(model: str) -> None:
+    def load(text: str, origin: str) -> None:
         raise error
 
-    monkeypatch.setattr("mbs_models.model.model_file.load", load)
+    monkeypatch.setattr("mbs_models.model.model_file.loads", load)
 
 
 COMMANDS = {
@@ -83,14 +83,14 @@ def test_an_interruption_that_became_an_error_is_told(
 ) -> None:
     """As where the import of an extension module is interrupted."""
 
-    def load(model: str) -> None:
+    def load(text: str, origin: str) -> None:
         try:
             signal.raise_signal(signal.SIGINT)
         except KeyboardInterrupt:
             raise ImportError("initialization failed") from None
 
     handler = signal.getsignal(signal.SIGINT)
-    monkeypatch.setattr("mbs_models.model.model_file.load", load)
+    monkeypatch.setattr("mbs_models.model.model_file.loads", load)
     assert call("modes") == exit_codes.INTERRUPTED
     assert signal.getsignal(signal.SIGINT) is handler
     assert capsys.readouterr().err == "crosscheck: interrupted; no file was left half written\n"
@@ -105,14 +105,14 @@ def test_an_interruption_that_python_dropped_comes_again(
         def __del__(self) -> None:
             raise KeyboardInterrupt
 
-    def load(model: str) -> None:
+    def load(text: str, origin: str) -> None:
         Dropped()
         patience = time.monotonic() + 10.0
         while time.monotonic() < patience:
             time.sleep(0.01)
 
     hook = sys.unraisablehook
-    monkeypatch.setattr("mbs_models.model.model_file.load", load)
+    monkeypatch.setattr("mbs_models.model.model_file.loads", load)
     assert call("modes") == exit_codes.INTERRUPTED
     assert sys.unraisablehook is hook
     assert capsys.readouterr().err == "crosscheck: interrupted; no file was left half written\n"
