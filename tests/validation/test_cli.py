@@ -113,9 +113,7 @@ def test_frf_of_every_route_in_a_npz(tmp_path: Path) -> None:
 def test_frf_quantity_in_a_csv(
     quantity: str, unit: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(
-        "validation.inspection.frf_output.CSV_ROWS", 150
-    )  # 400 lines: a part is left over
+    monkeypatch.setattr("fbs.files.tables.ROWS", 150)  # 400 lines: a part is left over
     path = tmp_path / "frf.csv"
     dof = "reducer.pinion.y"
     arguments = ["--response", dof, "--excitation", dof, "--quantity", quantity]

@@ -365,8 +365,8 @@ def test_what_is_no_file_or_too_large_is_not_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
-        ("mass = 2.0", "mass = 1e300", "pinion.mass = 1.0e300: must be within 1e-12 to 1e9 kg"),
-        ("mass = 2.0", "mass = 5e-324", "pinion.mass = 5.0e-324: must be within 1e-12 to 1e9 kg"),
+        ("mass = 2.0", "mass = 1e300", "pinion.mass = 1.0e300: must be within 1e-15 to 1e9 kg"),
+        ("mass = 2.0", "mass = 5e-324", "pinion.mass = 5.0e-324: must be within 1e-15 to 1e9 kg"),
         ("mesh_stiffness = 2.0e8", "mesh_stiffness = 1e-9", "must be within 0.001 to 1e15 N/m"),
         ('name = "Two', 'name = "\\u001b[2JTwo', "has the character U+001B; must be printable"),
         ('name = "Two', 'name = "\\u202eTwo', "has the character U+202E; must be printable"),
