@@ -50,8 +50,8 @@ def reordered(system: SecondOrderSystem, order: int) -> Any:
     return SecondOrderSystem(*matrices, tuple(system.dofs[k] for k in order))
 
 
-def diagonal_system(mass: float, stiffness: float, damping: float = 0.0) -> Any:
-    n = len(mass)
+def diagonal_system(mass: ArrayLike, stiffness: ArrayLike, damping: float = 0.0) -> Any:
+    n = np.size(mass)
     return SecondOrderSystem(
         np.diag(mass),
         damping * np.ones((n, n)),

@@ -52,11 +52,11 @@ def test_modes() -> None:
     assert "1 rigid-body" in text
 
 
-def run(**recorded: object) -> TransientRecord:
+def run(**recorded: Any) -> TransientRecord:
     """A run of 100 samples at two DoFs and a mesh."""
     time = np.arange(100) / 1000.0
     motion = np.column_stack([np.sin(time), np.cos(time)])
-    given = {"displacement": motion, "mesh_forces": motion[:, :1]} | recorded
+    given: dict[str, Any] = {"displacement": motion, "mesh_forces": motion[:, :1]} | recorded
     return TransientRecord(
         1000.0, 0.5, (WORST_LABEL, "b.w"), ("b.w",), motion[:, 1:], Integrator("RK44", 1e-3, ""),
         meshes=("mesh a – b",), warnings=("<b>mind</b>",), **given,

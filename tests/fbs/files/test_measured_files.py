@@ -200,7 +200,7 @@ def test_eleven_characters_of_an_entity_name(tmp_path: Path) -> None:
 
 def test_a_record_in_g(tmp_path: Path) -> None:
     samples = np.sin(np.arange(256.0)) + 0j
-    both = {"kind": 1, "complex": False, "first": 0.0, "step": 1 / 2048, "abscissa": (17, "s")}
+    both: dict[str, Any] = {"kind": 1, "complex": False, "first": 0.0, "step": 1 / 2048, "abscissa": (17, "s")}
     force = Foreign(("NONE", 1, 3), values=samples, codes=(13, 0), units=("N", "NONE"), **both)
     motion = Foreign(("NONE", 2, 3), values=samples, codes=(12, 0), units=("g", "NONE"), **both)
     record, _ = read_record(written(tmp_path / "x.uff", force, motion))

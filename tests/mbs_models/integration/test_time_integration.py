@@ -305,7 +305,7 @@ def test_pieces_are_one_run(name: str, step: float, tolerance: float) -> None:
 
 def test_samples_are_every_nth_step() -> None:
     system = planetary()
-    settings = {"duration": 0.01, "integrator": by(RK44, 1e-5), "record": QUANTITIES}
+    settings: dict[str, Any] = {"duration": 0.01, "integrator": by(RK44, 1e-5), "record": QUANTITIES}
     all_steps = simulate(system, [at(SUN)], **settings)
     some = simulate(system, [at(SUN)], sampling_frequency=25000.0, piece=1e-3, **settings)
     assert some.n_samples == 250
@@ -321,7 +321,7 @@ def test_samples_are_every_nth_step() -> None:
 
 def test_forces_at_one_dof_are_added() -> None:
     system = planetary()
-    settings = {"duration": 2e-3, "integrator": by(RK44, 1e-5)}
+    settings: dict[str, Any] = {"duration": 2e-3, "integrator": by(RK44, 1e-5)}
     two = simulate(system, [at(SUN, 0.25), at(SUN, 0.75)], **settings)
     one = simulate(system, [at(SUN)], **settings)
     assert two.excitations == one.excitations == (SUN,)
@@ -333,7 +333,7 @@ def test_responses_can_be_chosen_and_a_welded_hub_is_one_of_them() -> None:
     """Welded to the wheel at equal radii the hub turns as it does, whichever of them is driven."""
     system = build_drivetrain(damped(paper(first_stiffness="rigid")))
     ((hub, (wheel, factor)),) = system.derived.items()
-    settings = {"duration": 1e-3, "integrator": by(TRAPEZOIDAL, 1e-6), "responses": (hub, wheel)}
+    settings: dict[str, Any] = {"duration": 1e-3, "integrator": by(TRAPEZOIDAL, 1e-6), "responses": (hub, wheel)}
     at_hub = simulate(system, [at(hub)], **settings)
     at_wheel = simulate(system, [at(wheel, factor)], **settings)
     assert at_hub.labels == (hub, wheel)
@@ -346,7 +346,7 @@ def test_responses_can_be_chosen_and_a_welded_hub_is_one_of_them() -> None:
 def test_a_system_is_left_as_it_was_found() -> None:
     system = planetary()
     before = linearize(system)
-    settings = {"duration": 2e-3, "integrator": by(RK44, 1e-5), "record": QUANTITIES}
+    settings: dict[str, Any] = {"duration": 2e-3, "integrator": by(RK44, 1e-5), "record": QUANTITIES}
     first = simulate(system, [at(SUN)], **settings)
     second = simulate(system, [at(SUN)], **settings)
     np.testing.assert_array_equal(first.displacement, second.displacement)
@@ -396,7 +396,7 @@ def test_what_sampling_folds_back_is_measured() -> None:
         dynamic = linear.stiffness - omega**2 * linear.mass + 1j * omega * linear.damping
         return float(abs(np.linalg.inv(dynamic)[row, row]) ** 2)
 
-    settings = {"duration": 0.25, "integrator": by(TRAPEZOIDAL, 1e-5), "responses": (SUN,)}
+    settings: dict[str, Any] = {"duration": 0.25, "integrator": by(TRAPEZOIDAL, 1e-5), "responses": (SUN,)}
     beyond = _Unbanded((Harmonic(1.0, 1000.0), Harmonic(1.0, 3000.0)))
     record = simulate(system, [Excitation(SUN, beyond)], sampling_frequency=5000.0, **settings)
     expected = level(3000.0) / (level(1000.0) + level(3000.0))
