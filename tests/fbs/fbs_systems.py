@@ -75,7 +75,7 @@ def hub_system(
     return SecondOrderSystem(mass, damping, stiffness, ("hub", *(f"x{i}" for i in range(1, n))))
 
 
-def long_double_frf(system: SecondOrderSystem, frequency: FloatArray) -> Any:
+def long_double_frf(system: SecondOrderSystem, frequency: float) -> Any:
     """H at one line by Gauss-Jordan elimination in 80-bit arithmetic (three more digits)."""
     w = 2 * np.longdouble(np.pi) * np.longdouble(frequency)
     matrix = system.stiffness * (1 + 1j * np.longdouble(system.loss_factor))

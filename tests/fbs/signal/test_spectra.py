@@ -45,7 +45,7 @@ def test_sine_on_a_line_reads_its_amplitude(
 
 
 @pytest.mark.parametrize(("window", "worst"), [("hann", 0.152), ("flattop", 0.0012)])
-def test_line_between_two_bins_loses_what_the_window_takes(window: str, worst: float) -> None:
+def test_line_between_two_bins_loses_what_the_window_takes(window: Window, worst: float) -> None:
     # scalloping (Harris 1978, Table 1): hann 1.42 dB, flat-top 0.01 dB
     x = np.cos(2 * np.pi * 700.5 * TIME)
     loss = 1 - amplitude_spectrum(x, FS, window=window).values.max()
