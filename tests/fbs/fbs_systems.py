@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from fbs import Frf, SecondOrderSystem
-from fbs._kernels.checks import FloatArray
 
 HUB_MASS = 2.24e-8  # kg, half the paper's coupling hub
 HUB_STIFFNESS = 1e8  # N/m: a mode near 11 MHz

@@ -6,11 +6,10 @@ beside poles. A line may be refused instead, or have no bound (infinite), which 
 
 from __future__ import annotations
 
-from functools import partial
-
 from collections import defaultdict
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -144,6 +143,10 @@ def coupled(
         tally.add(name, found.frf.values[0], found.round_off[0], exact, at)
 
 
+def blocked_stiffness(system: SecondOrderSystem, line: float, masters: list[str]) -> Frf:
+    return condense_blocked(direct_frf(system, [line], system.dofs, system.dofs), masters)
+
+
 def condensed(
     rng: np.random.Generator,
     systems: dict[str, SecondOrderSystem],
@@ -162,7 +165,7 @@ def condensed(
         blocked = attempt(
             tally,
             "blocked",
-            partial(blocked_by_hand, system, line, masters),
+            partial(blocked_stiffness, system, line, masters),
         )
         if blocked is not None:
             exact = Assembly({name: system}, (), locked).receptances(line, nodes, nodes)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from numpy.typing import NDArray
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from fbs import FbsError, Frf
 from fbs.metrics import coherence_criterion, comac, csac, csf, fdac, frac, lac, mac

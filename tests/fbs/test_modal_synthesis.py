@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from numpy.typing import ArrayLike
-
 from dataclasses import replace
 from typing import Any
 
@@ -12,6 +10,7 @@ import pytest
 import scipy.linalg
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from numpy.typing import ArrayLike
 
 from fbs import (
     AxisMismatchError,
@@ -427,4 +426,6 @@ def test_stiffness_and_mass_are_refused_by_name() -> None:
     with pytest.raises(IndefiniteMassError, match=r"lowest eigenvalue is -0\.5"):
         real_modes(SecondOrderSystem([[1, 1.5], [1.5, 1]], np.zeros((2, 2)), np.eye(2), ("a", "b")))
     with pytest.raises(IndefiniteMassError, match="not symmetric"):
-        real_modes(SecondOrderSystem([[1.0, 0.5], [0.0, 1.0]], np.zeros((2, 2)), np.eye(2), ("a", "b")))
+        real_modes(
+            SecondOrderSystem([[1.0, 0.5], [0.0, 1.0]], np.zeros((2, 2)), np.eye(2), ("a", "b"))
+        )

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -182,7 +181,9 @@ def test_node_numbers_by_a_map(tmp_path: Path) -> None:
     assert found.frf.responses == ("12", "7")
     check(mapped(found, parse_map("brake.w=12, shaft.w=7"), NO_RADII.get))
     check(
-        mapped(found, map_of({"brake.w": "-12", "shaft.w": {"channel": "7", "sign": -1}}), NO_RADII.get)
+        mapped(
+            found, map_of({"brake.w": "-12", "shaft.w": {"channel": "7", "sign": -1}}), NO_RADII.get
+        )
     )
 
 

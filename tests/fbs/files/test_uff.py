@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from fbs.files.universal import UffError
-
 import errno
 from collections.abc import Callable
 from pathlib import Path
@@ -18,6 +16,7 @@ from hypothesis import strategies as st
 from fbs import FbsError, Frf, Joint, couple, direct_frf, frequency_axis
 from fbs.files import uff
 from fbs.files.uff import read_uff, write_uff
+from fbs.files.universal import UffError
 from tests.fbs.fbs_systems import random_system
 
 AXIS = frequency_axis(0, 50, 0.1)

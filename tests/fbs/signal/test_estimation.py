@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-
 from dataclasses import replace
 from typing import Any
 
@@ -31,6 +30,7 @@ from fbs import (
     impulse_frf,
     periodic_frf,
 )
+from fbs.signal.estimation import Estimate, Estimator
 from tests.fbs.fbs_systems import random_system, scaled_error
 
 FS, N = 16384, 4096  # lines every 4 Hz

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from fbs import FbsError, NonFiniteError
 from fbs.signal.spectra import (
+    Window,
     amplitude_spectrum,
     line_amplitudes,
     power_spectral_density,
@@ -22,7 +23,7 @@ from fbs.signal.spectra import (
 FS, N = 4096.0, 4096  # lines every hertz
 TIME = np.arange(N) / FS
 NOISE = np.random.default_rng(1).standard_normal((3 * N, 2))
-WINDOWS = ("boxcar", "hann", "flattop")
+WINDOWS: tuple[Window, ...] = ("boxcar", "hann", "flattop")
 
 
 @pytest.mark.parametrize("window", WINDOWS)

@@ -17,7 +17,7 @@ from mbs_models.gears.operating_point import OperatingPoint, operating_point
 from mbs_models.integration.integrators import RK44, Integrator
 from mbs_models.integration.time_integration import simulate
 from mbs_models.model.model_file import load
-from mbs_models.model.parameters import Drivetrain, PlanetaryStage
+from mbs_models.model.parameters import Drivetrain, ParallelStage, Part, PlanetaryStage
 from mbs_models.system.displaced import forces_at
 from mbs_models.system.drivetrain import build_drivetrain
 from mbs_models.system.linearization import linearize, round_off_force
@@ -25,7 +25,10 @@ from tests.geared import geared_reducer, lin_parker, speed_for
 from tests.strategies import changed, drivetrains, paper, with_stage
 
 HARMONIC = {"shape": "harmonics", "harmonics": [[0.2, 0.0]]}
-MESHES = {"parallel": ["mesh"], "planetary": ["sun_mesh", "ring_mesh"]}
+MESHES: dict[type[Part], list[str]] = {
+    ParallelStage: ["mesh"],
+    PlanetaryStage: ["sun_mesh", "ring_mesh"],
+}
 RATED = 4.18e6  # N m at the rotor of the 5-MW turbine
 
 
@@ -319,7 +322,7 @@ def test_any_drivetrain_starts_in_equilibrium(drivetrain: Drivetrain, data: st.D
     backlash = data.draw(st.sampled_from([0.0, 1e-6, 1e-4]))
     stages = [
         stage.model_dump(exclude_unset=True)
-        | {f"{key}_backlash": backlash for key in MESHES[getattr(stage, "type")]  # noqa: B009}
+        | {f"{key}_backlash": backlash for key in MESHES[type(stage)]}
         for stage in drivetrain.stages
     ]
     operation = {"input": driven, "speed_range": [0.0, 1.0], "output": output}

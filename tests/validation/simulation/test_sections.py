@@ -76,7 +76,7 @@ def test_a_sweep_holds_its_peaks_where_theory_puts_them(
     ids=["fast", "stepped"],
 )
 def test_every_band_of_a_peak_hold_is_passed(
-    signal: Signal,
+    signal: Sweep | SteppedSine,
 ) -> None:
     _, hold, *theory = held(ran(signal)).curves
     at = hold.frequency
