@@ -53,7 +53,7 @@ def pint_factor(expression: str) -> float:
 def test_spellings_against_pint(label: str, expression: str) -> None:
     quantity = REGISTRY(expression).to_base_units()
     powers = dict(quantity.unit_items() if hasattr(quantity, "unit_items") else ())
-    powers = {str(unit): int(float(power)) for unit, power in powers.items()}
+    powers = {str(unit): round(float(str(power))) for unit, power in powers.items()}
     dimension = tuple(powers.get(u, 0) for u in ("meter", "kilogram", "second", "radian"))
     unit = read_unit(label, [dimension])  # type: ignore[list-item]
     assert unit is not None, readings(label)

@@ -545,6 +545,7 @@ def test_a_silent_output_is_zero() -> None:
     for estimator in ("H1", "Hv"):
         estimate = averaged_frf(silent, 128, estimator=estimator)
         assert not estimate.frf.values[:, 0].any()
+        assert estimate.coherence is not None
         assert not estimate.coherence[:, 0].any()
     with pytest.raises(SingularLineError, match="H2 divides by, are singular"):
         averaged_frf(silent, 128, estimator="H2")
