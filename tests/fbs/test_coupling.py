@@ -59,9 +59,9 @@ def assembled(systems: Any, joints: Any) -> Any:
     basis = np.eye(n)
     if rows:
         basis = np.linalg.svd(np.array(rows))[2][len(rows) :].T  # null space of the constraints
-    reduced = (basis.T @ matrix @ basis for matrix in (mass, damping, stiffness))
+    m, c, k = (basis.T @ matrix @ basis for matrix in (mass, damping, stiffness))
     q = tuple(f"q{i}" for i in range(basis.shape[1]))
-    return SecondOrderSystem(*reduced, q), basis, start
+    return SecondOrderSystem(m, c, k, q), basis, start
 
 
 def reference(systems: Any, joints: Any, coupled: Any) -> Any:
@@ -72,8 +72,8 @@ def reference(systems: Any, joints: Any, coupled: Any) -> Any:
         owner = next(name for name in systems if label in systems[name].labels)
         (index,), (factor,) = systems[owner].locate([label])
         rows.append(factor * basis[start[owner] + index])
-    rows = np.array(rows)
-    return rows @ direct_frf(system, coupled.frequency).values @ rows.T
+    basis_rows = np.array(rows)
+    return basis_rows @ direct_frf(system, coupled.frequency).values @ basis_rows.T
 
 
 def loss(frfs: Any, coupled: Any) -> Any:

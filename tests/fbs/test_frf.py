@@ -27,8 +27,8 @@ AXIS = np.array([1.0, 2.0, 4.0])
 
 def example(
     axis: Any = AXIS,
-    responses: tuple[str, str] = ("sun.u", "sun.v"),
-    excitations: tuple[str, str, str] = ("sun.u", "hub.w", "x"),
+    responses: tuple[str, ...] = ("sun.u", "sun.v"),
+    excitations: tuple[str, ...] = ("sun.u", "hub.w", "x"),
     seed: int = 0,
 ) -> Any:
     rng = np.random.default_rng(seed)

@@ -10,6 +10,7 @@ import pytest
 import scipy.linalg
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from numpy.typing import ArrayLike
 
 from fbs import (
     AxisMismatchError,
@@ -45,13 +46,13 @@ DAMPING = {
 }
 
 
-def reordered(system: SecondOrderSystem, order: int) -> Any:
-    matrices = (m[np.ix_(order, order)] for m in (system.mass, system.damping, system.stiffness))
-    return SecondOrderSystem(*matrices, tuple(system.dofs[k] for k in order))
+def reordered(system: SecondOrderSystem, order: list[int]) -> SecondOrderSystem:
+    m, c, k = (m[np.ix_(order, order)] for m in (system.mass, system.damping, system.stiffness))
+    return SecondOrderSystem(m, c, k, tuple(system.dofs[i] for i in order))
 
 
-def diagonal_system(mass: float, stiffness: float, damping: float = 0.0) -> Any:
-    n = len(mass)
+def diagonal_system(mass: ArrayLike, stiffness: ArrayLike, damping: float = 0.0) -> Any:
+    n = np.size(mass)
     return SecondOrderSystem(
         np.diag(mass),
         damping * np.ones((n, n)),
@@ -190,11 +191,11 @@ def test_modes_diagonalise_mass_and_stiffness(
 def test_rigid_body_shapes_are_exact() -> None:
     rngs = [np.random.default_rng(k) for k in range(3)]
     systems = [random_system(rng, 4, f"s{k}", grounded=False) for k, rng in enumerate(rngs)]
-    block = [
+    mass, damping, stiffness = (
         scipy.linalg.block_diag(*(getattr(s, name) for s in systems))
         for name in ("mass", "damping", "stiffness")
-    ]
-    system = SecondOrderSystem(*block, tuple(d for s in systems for d in s.dofs))
+    )
+    system = SecondOrderSystem(mass, damping, stiffness, tuple(d for s in systems for d in s.dofs))
     modes = real_modes(system)
     assert modes.n_rigid == 3
     assert (modes.angular_frequency[:3] == 0).all()
@@ -425,4 +426,6 @@ def test_stiffness_and_mass_are_refused_by_name() -> None:
     with pytest.raises(IndefiniteMassError, match=r"lowest eigenvalue is -0\.5"):
         real_modes(SecondOrderSystem([[1, 1.5], [1.5, 1]], np.zeros((2, 2)), np.eye(2), ("a", "b")))
     with pytest.raises(IndefiniteMassError, match="not symmetric"):
-        real_modes(SecondOrderSystem([[1, 0.5], [0, 1]], np.zeros((2, 2)), np.eye(2), ("a", "b")))
+        real_modes(
+            SecondOrderSystem([[1.0, 0.5], [0.0, 1.0]], np.zeros((2, 2)), np.eye(2), ("a", "b"))
+        )

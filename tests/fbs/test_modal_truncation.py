@@ -322,7 +322,9 @@ def test_other_damping_has_no_rayleigh_coefficients() -> None:
     skew[0, 1], skew[1, 0] = 1.0, -1.0
     assert rayleigh_coefficients(replace(system, damping=skew)) is None
     single = SecondOrderSystem([[2.0]], [[3.0]], [[5.0]], ("x",))
-    alpha, beta = rayleigh_coefficients(single)
+    found = rayleigh_coefficients(single)
+    assert found is not None
+    alpha, beta = found
     assert alpha * 2.0 + beta * 5.0 == pytest.approx(3.0, rel=1e-14)
 
 
@@ -354,7 +356,7 @@ class PlanetaryStage:
         self.above = self.modes.natural_frequencies > LIMIT
         self.hub = np.arange(self.above.size) == self.above.size - 1
         self.exact = self.coupled(self.modes)
-        self.known = {}
+        self.known: dict[Any, Any] = {}
 
     def coupled(self, modes: Any) -> Any:
         planetary = modal_frf(self.stage, self.axis, modes=modes)

@@ -140,7 +140,7 @@ def test_a_chain_and_other_frfs_are_bounded_too() -> None:
         assert (error <= found.of(other)).all()
 
 
-def two_parts(order: int = 0, loss: float = 0.01, kept: int = 6) -> Any:
+def two_parts(order: int | None = 0, loss: float = 0.01, kept: int = 6) -> Any:
     rng = np.random.default_rng(11)
     one, two = (replace(random_system(rng, 9, prefix), loss_factor=loss) for prefix in "ab")
     parts = {n: TruncatedPart.of(s, slice(0, kept), order) for n, s in (("a", one), ("b", two))}

@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 
 from fbs import FbsError, Frf, Joint, couple, direct_frf, frequency_axis
 from fbs.files import uff
-from fbs.files.uff import UffError, read_uff, write_uff
+from fbs.files.uff import read_uff, write_uff
+from fbs.files.universal import UffError
 from tests.fbs.fbs_systems import random_system
 
 AXIS = frequency_axis(0, 50, 0.1)

@@ -286,10 +286,13 @@ def test_unstable_lines_are_coupled_at_once_with_a_label_of_two_parts(
     mass = np.diag([2.0, 1.0, 1.0, 1.0, 1.0])
     without = SecondOrderSystem(mass, 0 * mass, spring_matrices(5, springs)[0], tuple("abcde"))
     axis = np.sort(real_modes(without).natural_frequencies) * (1 + 1e-9)
-    coupled = []
-    monkeypatch.setattr(
-        "fbs.large.chain.couple", lambda *given: coupled.append(given) or couple(*given)
-    )
+    coupled: list[Any] = []
+
+    def noted(*given: Any) -> Any:
+        coupled.append(given)
+        return couple(*given)
+
+    monkeypatch.setattr("fbs.large.chain.couple", noted)
     chain = couple_chain(parts, joints, axis, ["body"], ["body"], direct_frf)
     assert len(coupled) == 1
     # the body's dynamic stiffness, with each branch's seen through its joint

@@ -48,7 +48,7 @@ def general(rng: np.random.Generator) -> Any:
     st.sampled_from(["receptance", "mobility", "accelerance"]),
 )
 def test_sparse_is_dense(
-    seed: int, n: int, damping: float, grounded: Any, quantity: Quantity
+    seed: int, n: int, damping: str, grounded: Any, quantity: Quantity
 ) -> None:
     rng = np.random.default_rng(seed)
     beta = general if damping == "general" else lambda rng: 0.0
@@ -114,7 +114,7 @@ def test_an_undamped_pole_on_a_line_of_a_reduced_model_is_named() -> None:
     st.sampled_from([1e-4, 1e-7]),
 )
 def test_a_reduced_model_is_as_accurate_as_it_says(
-    seed: int, damping: float, grounded: Any, tolerance: Any
+    seed: int, damping: str, grounded: Any, tolerance: Any
 ) -> None:
     rng = np.random.default_rng(seed)
     beta = {"general": general, "proportional": lambda rng: 2e-6}.get(damping, lambda rng: 0.0)

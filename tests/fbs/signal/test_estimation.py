@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -29,6 +30,7 @@ from fbs import (
     impulse_frf,
     periodic_frf,
 )
+from fbs.signal.estimation import Estimate, Estimator
 from tests.fbs.fbs_systems import random_system, scaled_error
 
 FS, N = 16384, 4096  # lines every 4 Hz
@@ -187,13 +189,13 @@ def test_bad_records_are_refused() -> None:
     with pytest.raises(FbsError, match="5 samples and the outputs 4"):
         replace(good, outputs=y[:4])
     with pytest.raises(FbsError, match="real"):
-        replace(good, inputs=f * 1j)
+        replace(good, inputs=f * 1j)  # type: ignore[arg-type]
     with pytest.raises(FbsError, match="labels"):
         replace(good, excitations=(), inputs=np.zeros((5, 0)))
     with pytest.raises(AmbiguousDofError, match="'a' more than once"):
         replace(good, responses=("a", "a"))
     with pytest.raises(QuantityMismatchError, match="compliance"):
-        replace(good, quantity="compliance")
+        replace(good, quantity="compliance")  # type: ignore[arg-type]
     for rate in (0.0, -1.0, np.nan, np.inf):
         with pytest.raises(FbsError, match="sampling frequency must be"):
             replace(good, sampling_frequency=rate)
@@ -256,7 +258,9 @@ def test_a_transient_is_left_out_and_the_last_periods_are_taken() -> None:
     assert estimate.n_averages == 2
     reference = direct_frf(SYSTEM, BAND, ["x0"], ["x1"])
     assert scaled_error(estimate.frf, reference).max() < 1e-10
+    assert estimate.coherence is not None
     assert estimate.coherence.min() > 1 - 1e-12
+    assert estimate.variance is not None
     assert np.sqrt(estimate.variance.max()) < 1e-10 * np.abs(reference.values).max()
 
 
@@ -300,6 +304,7 @@ def test_experiments_that_disagree_are_not_noise() -> None:
         for system in (SYSTEM, stiffer)
     ]
     estimate = periodic_frf(records, N)
+    assert estimate.variance is not None
     assert np.sqrt(estimate.variance).max() < 1e-8 * np.abs(estimate.frf.values).max()
 
 
@@ -314,6 +319,7 @@ def test_the_coherence_of_periods_is_the_share_that_repeats() -> None:
     estimate = periodic_frf(record, 64)
     # signal 4, noise 1 over 32 lines; the white noise has 2 / 64 of its power on each
     snr = 4 / 31 / (1 / 32)
+    assert estimate.coherence is not None
     assert estimate.coherence.mean() == pytest.approx(snr / (snr + 1), abs=0.003)
 
 
@@ -331,7 +337,7 @@ def test_periodic_refuses() -> None:
     with pytest.raises(FbsError, match="period_samples must be at least 2, got 0"):
         periodic_frf(record, 0)
     with pytest.raises(FbsError, match=r"period_samples must be a whole number, got 4096\.0"):
-        periodic_frf(record, 4096.0)
+        periodic_frf(record, 4096.0)  # type: ignore[arg-type]
     with pytest.raises(FbsError, match="no records given"):
         periodic_frf([], N)
     with pytest.raises(FbsError, match="input 'x1' is zero, or constant, and excites nothing"):
@@ -360,7 +366,7 @@ def test_only_the_lines_where_inputs_are_alike_are_named() -> None:
 
 def test_estimates_couple_like_any_other_frf() -> None:
     rng = np.random.default_rng(9)
-    damped = {"beta": lambda rng: 3e-6}
+    damped: dict[str, Any] = {"beta": lambda rng: 3e-6}
     a, b = random_system(rng, 4, "a", **damped), random_system(rng, 3, "b", **damped)
     estimates, references = {}, {}
     for name, system in (("a", a), ("b", b)):
@@ -409,7 +415,7 @@ def test_a_force_not_band_limited_shows_as_its_hold(held: bool) -> None:
 @pytest.mark.parametrize("call", ["periodic", "averaged", "impulse"])
 def test_nothing_is_estimated_at_or_above_nyquist(call: str) -> None:
     record = noise_record(n_input=1)
-    estimate = {
+    estimate: Callable[..., Estimate] = {
         "periodic": lambda **k: periodic_frf(record, 1024, **k),
         "averaged": lambda **k: averaged_frf(record, 128, **k),
         "impulse": lambda **k: impulse_frf(record, max_remainder=2, **k),
@@ -430,17 +436,18 @@ def test_nothing_is_estimated_at_or_above_nyquist(call: str) -> None:
 
 # --- averaged -----------------------------------------------------------------------------------
 
-BOXCAR = {"segment": 64, "overlap": 0.0, "window": "boxcar"}
+BOXCAR: dict[str, Any] = {"segment": 64, "overlap": 0.0, "window": "boxcar"}
 
 
 @pytest.mark.parametrize("estimator", ["H1", "H2", "Hv"])
-def test_without_noise_all_estimators_are_exact(estimator: str) -> None:
+def test_without_noise_all_estimators_are_exact(estimator: Estimator) -> None:
     force = multisine(np.random.default_rng(1))
     record = steady_record(SYSTEM, force, ["x1"], ["x0", "x1", "x3"], periods=3)
     estimate = averaged_frf(record, N, overlap=0.5, window="boxcar", estimator=estimator)
     reference = direct_frf(SYSTEM, BAND, ["x0", "x1", "x3"], ["x1"])
     assert np.array_equal(estimate.frf.frequency, BAND)
     assert scaled_error(estimate.frf, reference).max() < 1e-10
+    assert estimate.coherence is not None
     assert estimate.coherence.min() > 1 - 1e-10
     assert (estimate.kind, estimate.n_averages) == (estimator, 5)
 
@@ -453,7 +460,7 @@ def test_without_noise_hv_is_exact_for_any_ratio_and_unit() -> None:
 
 
 @pytest.mark.parametrize("estimator", ["H1", "H2", "Hv"])
-def test_without_noise_two_inputs_are_told_apart(estimator: str) -> None:
+def test_without_noise_two_inputs_are_told_apart(estimator: Estimator) -> None:
     rng = np.random.default_rng(6)
     dofs = ["x1", "x3"]
     records = [steady_record(SYSTEM, multisine(rng, n_input=2), dofs, dofs) for _ in range(6)]
@@ -479,7 +486,9 @@ def test_the_biases_of_noise_are_those_of_theory() -> None:
     assert gain["H2"] == pytest.approx(2 * (1 + of_output), rel=4e-3)
     assert gain["Hv"] == pytest.approx(np.sqrt(gain["H1"] * gain["H2"]), rel=1e-3)
     coherence = 1 / ((1 + of_input) * (1 + of_output))
-    assert result["H1"].coherence.mean() == pytest.approx(coherence, rel=4e-3)
+    found = result["H1"].coherence
+    assert found is not None
+    assert found.mean() == pytest.approx(coherence, rel=4e-3)
     known = averaged_frf(record, **BOXCAR, estimator="Hv", noise_ratio=(out_noise / in_noise) ** 2)
     assert np.abs(known.frf.values).mean() == pytest.approx(2, rel=4e-3)
 
@@ -501,15 +510,20 @@ def test_the_multiple_coherence_counts_all_inputs() -> None:
     f = rng.standard_normal((64 * 3000, 2))
     y = f @ [[1.0], [2.0]] + rng.standard_normal((len(f), 1))
     record = Record(64, f, y, ("a", "b"), ("y",), "mobility")
-    assert averaged_frf(record, **BOXCAR).coherence.mean() == pytest.approx(5 / 6, abs=3e-3)
+    found = averaged_frf(record, **BOXCAR).coherence
+    assert found is not None
+    assert found.mean() == pytest.approx(5 / 6, abs=3e-3)
     alone = replace(record, inputs=f[:, 1:], excitations=("b",))
-    assert averaged_frf(alone, **BOXCAR).coherence.mean() == pytest.approx(4 / 6, abs=3e-3)
+    found = averaged_frf(alone, **BOXCAR).coherence
+    assert found is not None
+    assert found.mean() == pytest.approx(4 / 6, abs=3e-3)
 
 
 def test_the_ordinary_coherence_is_h1_over_h2_and_scipys() -> None:
     record = noise_record(n_input=1, n=4096)
     h1, h2 = (averaged_frf(record, 256, estimator=e) for e in ("H1", "H2"))
     ratio = (h1.frf.values / h2.frf.values)[:, :, 0]
+    assert h1.coherence is not None
     assert np.allclose(ratio, h1.coherence, atol=1e-12)
     _, expected = scipy.signal.coherence(
         record.inputs[:, 0], record.outputs[:, 0], 1000, nperseg=256, noverlap=128
@@ -531,6 +545,7 @@ def test_a_silent_output_is_zero() -> None:
     for estimator in ("H1", "Hv"):
         estimate = averaged_frf(silent, 128, estimator=estimator)
         assert not estimate.frf.values[:, 0].any()
+        assert estimate.coherence is not None
         assert not estimate.coherence[:, 0].any()
     with pytest.raises(SingularLineError, match="H2 divides by, are singular"):
         averaged_frf(silent, 128, estimator="H2")
@@ -597,6 +612,7 @@ def test_noise_with_h1_converges_to_the_frf() -> None:
     reference = direct_frf(SYSTEM, estimate.frf.frequency, ["x0", "x1"], ["x1"])
     # leakage at the sharpest peak: 3 dB width 2 zeta f of some 20 Hz against lines every 1 Hz
     assert scaled_error(estimate.frf, reference).max() < 0.05
+    assert estimate.coherence is not None
     assert np.median(estimate.coherence) > 0.9999
 
 
@@ -606,7 +622,7 @@ def test_averaged_refuses() -> None:
     with pytest.raises(FbsError, match="record 0 has 1024 samples, less than one segment of 2000"):
         averaged_frf(record, 2000)
     with pytest.raises(FbsError, match="estimator must be one of 'H1', 'H2', 'Hv', got 'H3'"):
-        averaged_frf(record, 128, estimator="H3")
+        averaged_frf(record, 128, estimator="H3")  # type: ignore[arg-type]
     with pytest.raises(FbsError, match=r"overlap must be at least 0 and below 1, got 1\.0"):
         averaged_frf(record, 128, overlap=1.0)
     with pytest.raises(FbsError, match="window 'hat'"):
@@ -691,6 +707,7 @@ def test_impacts_at_several_points_are_the_columns() -> None:
     rng = np.random.default_rng(1)
     many = impulse_frf([noisy(r, rng, 0, 1e-12) for r in records * 5], fmin=20, fmax=6000)
     assert many.n_averages == 10
+    assert many.coherence is not None
     assert 0.9 < np.median(many.coherence) < 1
 
 
@@ -703,8 +720,8 @@ def free_accelerations(n: int) -> Any:
     force = pulse(32 * N)
     spectrum = np.fft.rfft(force[:, 0])
     y = np.stack([(1 / (2 * m) + s * elastic) * spectrum for s in (1, -1)], axis=-1)
-    y = np.fft.irfft(y, 32 * N, axis=0)
-    record = Record(FS, force, y, ("a",), ("a", "b"), "accelerance").span(0, n / FS)
+    motion = np.fft.irfft(y, 32 * N, axis=0)
+    record = Record(FS, force, motion, ("a",), ("a", "b"), "accelerance").span(0, n / FS)
     stiffness = k * np.array([[1.0, -1], [-1, 1]])
     return record, SecondOrderSystem(m * np.eye(2), c / k * stiffness, stiffness, ("a", "b"))
 
@@ -760,7 +777,7 @@ def test_impulse_refuses() -> None:
 
 # --- properties ---------------------------------------------------------------------------------
 
-ESTIMATES = {
+ESTIMATES: dict[str, Callable[[Record], Estimate]] = {
     "H1": lambda r: averaged_frf(r, 64),
     "H2": lambda r: averaged_frf(r, 64, estimator="H2"),
     "Hv": lambda r: averaged_frf(r, 64, estimator="Hv"),
@@ -809,6 +826,7 @@ def test_estimates_do_not_depend_on_the_order_of_channels(kind: Any, seed: int) 
     again = other.frf.select(one.frf.responses, one.frf.excitations)
     assert scaled_error(again, one.frf).max() < 1e-7
     if one.coherence is not None:
+        assert other.coherence is not None
         assert np.allclose(one.coherence, other.coherence[:, ::-1])
 
 
@@ -842,7 +860,9 @@ def peer_of(pyfrf: Any, record: Record, segment: Any, overlap: Any, window: Any)
 def test_pyfrf_has_the_same_estimates_of_one_input(pyfrf: Any, window: str, overlap: float) -> None:
     record = noise_record(n=8192, n_input=1, n_output=3)
     peer = peer_of(pyfrf, record, 512, overlap, window)
-    values = {"none": np.ones, "hann": np.hanning, "hamming": np.hamming}[window](512)
+    windows: dict[str, Callable[[int], Any]]
+    windows = {"none": np.ones, "hann": np.hanning, "hamming": np.hamming}
+    values = windows[window](512)
     for estimator in ("H1", "H2", "Hv"):
         ours = averaged_frf(
             record, 512, overlap=overlap, window=values, estimator=estimator, noise_ratio=1.0
@@ -851,6 +871,7 @@ def test_pyfrf_has_the_same_estimates_of_one_input(pyfrf: Any, window: str, over
         expected = np.moveaxis(expected, -1, 0)[1:-1]
         assert np.array_equal(ours.frf.frequency, peer.get_f_axis()[1:-1])
         assert scaled_error(ours.frf, expected).max() < 1e-9
+        assert ours.coherence is not None
         assert np.allclose(ours.coherence.T, peer.get_coherence()[:, 1:-1], atol=1e-9)
 
 
@@ -861,4 +882,5 @@ def test_pyfrf_has_the_same_estimates_of_two_inputs(pyfrf: Any) -> None:
     ours = averaged_frf(record, 512, window=np.hanning(512))
     expected = np.moveaxis(peer.get_FRF(frf_estimator="H1", frf_form="accelerance"), -1, 0)[1:-1]
     assert scaled_error(ours.frf, expected).max() < 1e-9
+    assert ours.coherence is not None
     assert np.allclose(ours.coherence.T, peer.get_coherence()[:, 1:-1], atol=1e-9)

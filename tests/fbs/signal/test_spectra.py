@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from fbs import FbsError, NonFiniteError
 from fbs.signal.spectra import (
+    Window,
     amplitude_spectrum,
     line_amplitudes,
     power_spectral_density,
@@ -22,7 +23,7 @@ from fbs.signal.spectra import (
 FS, N = 4096.0, 4096  # lines every hertz
 TIME = np.arange(N) / FS
 NOISE = np.random.default_rng(1).standard_normal((3 * N, 2))
-WINDOWS = ("boxcar", "hann", "flattop")
+WINDOWS: tuple[Window, ...] = ("boxcar", "hann", "flattop")
 
 
 @pytest.mark.parametrize("window", WINDOWS)
@@ -45,7 +46,7 @@ def test_sine_on_a_line_reads_its_amplitude(
 
 
 @pytest.mark.parametrize(("window", "worst"), [("hann", 0.152), ("flattop", 0.0012)])
-def test_line_between_two_bins_loses_what_the_window_takes(window: str, worst: float) -> None:
+def test_line_between_two_bins_loses_what_the_window_takes(window: Window, worst: float) -> None:
     # scalloping (Harris 1978, Table 1): hann 1.42 dB, flat-top 0.01 dB
     x = np.cos(2 * np.pi * 700.5 * TIME)
     loss = 1 - amplitude_spectrum(x, FS, window=window).values.max()

@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 
+from mbs_models.errors import ModelError
 from mbs_models.model.model_file import (
-    ModelError,
     dumps,
     load,
     loads,
@@ -22,7 +22,7 @@ from mbs_models.model.model_file import (
     write_new,
 )
 from mbs_models.model.parameters import Drivetrain
-from mbs_models.system.drivetrain import place_parts
+from mbs_models.model.placement import place_parts
 
 PAPER = template("paper")
 REDUCER = "stage[0] 'reducer': "

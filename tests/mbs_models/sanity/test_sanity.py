@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 
 from mbs_models.errors import ModelError
 from mbs_models.model.model_file import load, loads, template
-from mbs_models.model.parameters import Drivetrain
+from mbs_models.model.parameters import Drivetrain, ParallelStage
 from mbs_models.sanity.free_motion import count_free_rotations, free_to_move, input_turns
 from mbs_models.sanity.rules import findings
 from mbs_models.sanity.stiffnesses import off_their_neighbours
@@ -41,7 +41,8 @@ def test_how_far_off_is_told_in_few_digits(stiffness: str, told: str) -> None:
 
 
 def test_odd_stiffnesses_are_pointed_out() -> None:
-    pinion = load("paper").stage("reducer").pinion.model_dump(exclude_unset=True)
+    (reducer,) = load("paper").stages_of(ParallelStage)
+    pinion = reducer.pinion.model_dump(exclude_unset=True)
     drivetrain = with_stage(load("paper"), "reducer", pinion=pinion | {"bearing_y": 3.5e5})
     assert far_off(load("paper")) == ()
     (note,) = far_off(with_stage(load("paper"), "reducer", pinion=pinion | {"bearing_y": 3.5e4}))

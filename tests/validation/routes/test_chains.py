@@ -17,6 +17,7 @@ from fbs import (
     sparse_frf,
 )
 from mbs_models.model.model_file import load
+from mbs_models.model.parameters import PlanetaryStage
 from tests.planetary_chain import planetary_chain
 from tests.strategies import DAMPED, damped
 from validation.checks.metrics import scaled_error
@@ -27,7 +28,7 @@ AXIS = frequency_axis(50, 5000, 10)
 
 @pytest.fixture(scope="module")
 def chain() -> Any:
-    (stage,) = load("lin-parker-4").stages
+    (stage,) = load("lin-parker-4").stages_of(PlanetaryStage)
     return equations_source(planetary_chain(stage, 4, damping=DAMPED))
 
 

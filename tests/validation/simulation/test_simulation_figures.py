@@ -10,11 +10,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 from matplotlib.text import Annotation
+from numpy.typing import NDArray
 
 from fbs.signal.spectra import amplitude_spectrum, spectrogram
 from mbs_models.gears.gear_lines import MeshTone, gear_lines, measured_lines
 from mbs_models.gears.gear_response import mesh_loads
+from validation.report.digits import engineering
 from validation.report.frf_panel import frf_figure
 from validation.report.style import spread
 from validation.simulation import frf_figures, order_figures, record_figures
@@ -26,7 +29,6 @@ from validation.simulation.frf_figures import (
 )
 from validation.simulation.order_figures import Theory, order_figure
 from validation.simulation.record_figures import (
-    engineering,
     history_figure,
     mesh_figure,
     rms_figure,
@@ -38,7 +40,9 @@ RATE = 4000.0
 TIME = np.arange(20000) / RATE
 NOISE = np.random.default_rng(1).standard_normal(TIME.size)
 FREQUENCY = np.arange(10.0, 2000.0, 0.5)
-FRF = 1 / (1 - (FREQUENCY / 300) ** 2 + 0.01j * FREQUENCY / 300)
+FRF: NDArray[np.complex128] = np.asarray(
+    1 / (1 - (FREQUENCY / 300) ** 2 + 0.01j * FREQUENCY / 300), complex
+)
 
 
 def text_of(picture: Any) -> Any:
@@ -119,9 +123,14 @@ def test_figures_are_wellformed_and_say_what_they_show() -> None:
 @pytest.fixture
 def drawn(monkeypatch: pytest.MonkeyPatch) -> Any:
     """Figures instead of SVG: what was drawn can be measured."""
-    kept = []
+    kept: list[Figure] = []
+
+    def keep(figure: Figure, name: str, words: str) -> str:
+        kept.append(figure)
+        return ""
+
     for module in (record_figures, order_figures, frf_figures):
-        monkeypatch.setattr(module, "svg", lambda figure, name, words: kept.append(figure) or "")
+        monkeypatch.setattr(module, "svg", keep)
     return kept
 
 
@@ -129,7 +138,7 @@ def drawn(monkeypatch: pytest.MonkeyPatch) -> Any:
 def test_labels_of_lines_neither_overlap_nor_leave_their_axes(drawn: Any, sidebands: int) -> None:
     frequency, values, lines = planetary_lines(sidebands)
     order_figure("o", frequency, values, lines, "N", "ring sensor")
-    renderer = FigureCanvasAgg(drawn[0]).get_renderer()
+    renderer = FigureCanvasAgg(drawn[0]).get_renderer()  # type: ignore[no-untyped-call]
     drawn[0].draw(renderer)
     for axes in drawn[0].axes:
         boxes = [
@@ -172,7 +181,7 @@ def test_a_spectrogram_is_thinned_without_losing_a_line(drawn: Any) -> None:
     wanted=st.lists(st.floats(0, 1), min_size=1, max_size=60).map(sorted),
     width=st.floats(0.001, 0.2),
 )
-def test_spread_keeps_order_and_distance(wanted: float, width: float) -> None:
+def test_spread_keeps_order_and_distance(wanted: list[float], width: float) -> None:
     places = spread(np.array(wanted), width)
     step = min(width, 1 / len(wanted))
     assert (np.diff(places) >= step * (1 - 1e-9)).all()

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fbs import Joint, couple, direct_frf
+from fbs import Frf, Joint, SecondOrderSystem, couple, direct_frf
 from mbs_models.modal.modes import drivetrain_modes
 from mbs_models.model.model_file import load
 from mbs_models.model.parameters import Drivetrain
@@ -159,14 +159,16 @@ def test_natural_frequencies_of_damped_systems(paper: Any) -> None:
 def test_parts_are_computed_only_if_something_in_them_changes(
     paper: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    solved = []
-    real = sweep_sample.direct_frf
+    solved: list[str] = []
+
+    def noted(system: SecondOrderSystem, *given: Any) -> Frf:
+        solved.append(system.dofs[0].partition(".")[0])
+        return direct_frf(system, *given)
+
     monkeypatch.setattr(
         sweep_sample,
         "direct_frf",
-        lambda system, *given: (
-            solved.append(system.dofs[0].partition(".")[0]) or real(system, *given)
-        ),
+        noted,
     )
     options = [f"{SPRING}=1e5:1e7:4log", "planetary.ring.mass=2,3", "planetary.planets=3,4"]
     found = samples_of(paper, options)
@@ -245,7 +247,7 @@ class Crashing(Executor):
         self.jobs += 1
         if self.jobs > 2:
             raise BrokenExecutor("a worker died")
-        future: Future = Future()
+        future: Future[Any] = Future()
         if self.jobs == 1:
             future.set_result(fn(*args, **kwargs))
         else:
@@ -274,6 +276,7 @@ def test_each_of_several_processes_keeps_to_one_core(monkeypatch: pytest.MonkeyP
     monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
     for workers, threads in ((2, "1"), (1, None)):
         with process_pool(workers, apart=True) as crew:
+            assert crew.executor is not None
             assert crew.executor.submit(os.getenv, "OMP_NUM_THREADS").result() == threads
 
 
@@ -287,7 +290,9 @@ def test_ctrl_c_of_a_terminal_is_for_the_parent_alone() -> None:
         starting = set(active_children()) - others
         assert len(starting) == 2
         for process in starting:
+            assert process.pid is not None
             os.kill(process.pid, signal.SIGINT)
+        assert crew.executor is not None
         assert crew.executor.submit(int, "7").result() == 7
         assert set(active_children()) - others == starting
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
@@ -408,7 +413,8 @@ def test_a_streamed_sweep_is_the_same_and_goes_on(paper: Any, serial: Any, tmp_p
     assert_same(serial, outcome)
     np.testing.assert_array_equal(np.load(pieces.magnitude_file), serial.magnitude)
     pieces.magnitude_file.unlink()  # then what was kept beside it is worth nothing
-    again, told = pieces.magnitude(shape), []
+    again = pieces.magnitude(shape)
+    told: list[str] = []
     assert_same(serial, sweep(todo, found.rows, store=pieces, magnitude=again, warn=told.append))
     assert told == [UNFIT.format(3)]
 
@@ -418,10 +424,12 @@ def test_an_interrupted_sweep_goes_on(
 ) -> None:
     todo, found = small(paper)
     computed: list[int] = []
-    monkeypatch.setattr(
-        "validation.sweep.run.evaluate",
-        lambda task, samples: computed.append(len(samples)) or evaluate(task, samples),
-    )
+
+    def counted(task: Any, samples: Any) -> Any:
+        computed.append(len(samples))
+        return evaluate(task, samples)
+
+    monkeypatch.setattr("validation.sweep.run.evaluate", counted)
     pieces = Pieces(todo, found.rows, tmp_path)
 
     def interrupt(_: str, done: int, __: int) -> None:

@@ -96,7 +96,7 @@ def test_the_command_writes_table_and_pictures(
     assert len(rows) == 7
     with np.load(tmp_path / "sweep.npz", allow_pickle=False) as data:
         assert data["magnitude"].shape == (7, 100)
-        at = [max(find_peaks(m)[0], key=lambda k, m=m: m[k]) for m in data["magnitude"]]
+        at = [max(find_peaks(m)[0], key=m.__getitem__) for m in data["magnitude"]]
         peak = 20 * np.log10([m[k] for m, k in zip(data["magnitude"], at, strict=True)])
         np.testing.assert_allclose(data["peak_db"], peak)
         np.testing.assert_allclose([float(row["peak_db"]) for row in rows], peak)

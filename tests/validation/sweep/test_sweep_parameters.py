@@ -10,7 +10,7 @@ from scipy.stats import kstest, norm
 from scipy.stats import uniform as scipy_uniform
 
 from mbs_models.model.model_file import load
-from mbs_models.model.parameters import Drivetrain
+from mbs_models.model.parameters import Drivetrain, ParallelStage
 from validation.errors import CommandError
 from validation.routes.bands import Band
 from validation.sweep.parameters import changed, model_data, samples_of, steps_to
@@ -153,4 +153,5 @@ def test_a_key_left_to_its_default_can_be_varied(paper: Any) -> None:
     damped = changed(data, {steps_to(data, "damping.stiffness_proportional"): 2e-6})
     assert damped.damping.stiffness_proportional == 2e-6
     turned = changed(data, {steps_to(data, "reducer.pressure_angle"): 22.0})
-    assert turned.stage("reducer").pressure_angle == 22.0
+    (reducer,) = turned.stages_of(ParallelStage)
+    assert reducer.pressure_angle == 22.0

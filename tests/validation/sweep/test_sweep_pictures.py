@@ -104,7 +104,9 @@ def test_metrics_of_two_parameters_are_curves_or_a_map(damped: Any) -> None:
     figure = Figure()
     rows = np.arange(1, count * (count + 1))  # the first sample has none
     draw_metrics(many, figure, {"frequency_2_hz": rows})
-    shown = np.ma.filled(meshes(figure)[0].get_array(), np.nan).ravel()
+    drawn = meshes(figure)[0].get_array()
+    assert drawn is not None
+    shown = np.ma.filled(drawn, np.nan).ravel()
     expected = many.metrics["frequency_2_hz"].reshape(count + 1, count).T.ravel()
     assert np.isnan(shown[0])
     np.testing.assert_array_equal(shown[1:], expected[1:])
