@@ -111,3 +111,21 @@ def test_own_stage_type(own_stage_type: dict[str, Any], tmp_path: Path) -> None:
     page = publish(result, tmp_path)[0].read_text(encoding="utf-8")
     assert "<title>shaft.left: r = 50 mm</title>" in page
     assert "<title>shaft shaft.right – shaft.left: 4e+04 N m/rad</title>" in page
+
+
+def test_stiffness_sweep() -> None:
+    """Two rigid halves on a soft spring: ω ∝ √k, so long as it is far below what they have else."""
+    run = example("stiffness_sweep")
+    lowest, stiffness = run["lowest"], run["stiffness"]
+    slope = np.diff(np.log(lowest)) / np.diff(np.log(stiffness))
+    assert slope[0] == pytest.approx(0.5, abs=1e-3)  # (13 Hz / 727 Hz)² off
+    assert (np.diff(lowest) > 0.0).all()
+
+
+def test_decoupled_part() -> None:
+    """The part comes back to round-off; noise does most where b resonates with c held."""
+    run = example("decoupled_part")
+    assert run["error"] < 1e-10
+    relative = (run["spread"] / np.abs(run["part"].values)).max(axis=(1, 2))
+    held = np.sqrt(7e4) / (2.0 * np.pi)  # Hz, B's own c stands still there
+    assert run["lines"][np.argmax(relative)] == pytest.approx(held, abs=0.5)
