@@ -123,9 +123,9 @@ def test_stiffness_sweep() -> None:
 
 
 def test_decoupled_part() -> None:
-    """The part comes back to round-off; noise does most where b resonates with c held."""
+    """The part comes back to round-off; noise does most at its own poles, where D vanishes."""
     run = example("decoupled_part")
     assert run["error"] < 1e-10
     relative = (run["spread"] / np.abs(run["part"].values)).max(axis=(1, 2))
-    held = np.sqrt(7e4) / (2.0 * np.pi)  # Hz, B's own c stands still there
-    assert run["lines"][np.argmax(relative)] == pytest.approx(held, abs=0.5)
+    poles = np.sqrt(np.linalg.eigvalsh(run["springs_a"])) / (2.0 * np.pi)  # Hz, masses of 1 kg
+    assert np.abs(poles - run["lines"][np.argmax(relative)]).min() < 0.5
