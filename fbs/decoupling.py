@@ -22,10 +22,10 @@ extended    b and i        b and i        of the rank of b: no force acts inside
 
     δY_A = L δY R − (Y_·e D⁺) δY^B (D⁺ Y_c·)
 
-to first order, so that errors of the measured FRFs have their bounds and spreads line by line. With
-D = −Y^B (Y^A + Y^B)⁻¹ Y^B at the interface, digits are lost where D is nearly singular: at the poles of
-the unknown part, and at those of the known part with the interface held, where it stands still itself.
-Even trivial examples have such spikes.
+to first order, so that errors of the measured FRFs have their bounds and spreads line by line. At
+the interface D = −Y^B (Y^A + Y^B)⁻¹ Y^B: digits are lost where it is nearly singular, at the poles
+of the unknown part, and at those of the known part with the interface held, where Y^B vanishes. Even
+trivial examples have such spikes.
 """
 
 from __future__ import annotations
