@@ -24,8 +24,8 @@ extended    b and i        b and i        of the rank of b: no force acts inside
 
 to first order, so that errors of the measured FRFs have their bounds and spreads line by line. At
 the interface D = −Y^B (Y^A + Y^B)⁻¹ Y^B: digits are lost where it is nearly singular, at the poles
-of the unknown part, and at those of the known part with the interface held, where Y^B vanishes. Even
-trivial examples have such spikes.
+of the unknown part, and at those of the known part with the interface held, where Y^B vanishes.
+Even trivial examples have such spikes.
 """
 
 from __future__ import annotations
