@@ -199,9 +199,9 @@ def test_claims_hold() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("hundred", range(4))
-def test_claims_hold_on_400_random_systems(hundred: int) -> None:
-    assert_claims_hold(range(100 * hundred, 100 * (hundred + 1)), 6)
+@pytest.mark.parametrize("hundred", range(3))
+def test_claims_hold_on_300_random_systems(hundred: int) -> None:
+    assert_claims_hold(range(100 * hundred, 100 * (hundred + 1)), 2)
 
 
 HUB = SecondOrderSystem([[4.48e-8]], [[0.0]], [[0.0]], ("hub",), {"end": ("hub", 0.7)})
