@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ._kernels.checks import (
     ComplexArray,
@@ -118,6 +119,17 @@ class Frf:
     quantity: Quantity = Quantity.RECEPTANCE
     _origin: Origin | None = field(default=None, init=False)
 
+    if TYPE_CHECKING:  # what `__post_init__` converts, said to type checkers
+
+        def __init__(
+            self,
+            frequency: ArrayLike,
+            values: ArrayLike,
+            responses: Iterable[str],
+            excitations: Iterable[str],
+            quantity: Quantity | str = Quantity.RECEPTANCE,
+        ) -> None: ...
+
     __array_ufunc__ = None  # so that numpy_scalar * frf comes to __rmul__
 
     def __post_init__(self) -> None:
@@ -143,13 +155,8 @@ class Frf:
                 f"FRF values have shape {values.shape}; {expected[0]} lines, {expected[1]} "
                 f"responses and {expected[2]} excitations need {expected}"
             )
-        for name, value in (
-            ("frequency", axis),
-            ("values", values),
-            ("responses", responses),
-            ("excitations", excitations),
-            ("quantity", as_quantity(self.quantity)),
-        ):
+        settled = (axis, values, responses, excitations, as_quantity(self.quantity))
+        for name, value in zip(self.__match_args__, settled, strict=True):
             object.__setattr__(self, name, value)
 
     def __repr__(self) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -49,6 +49,18 @@ class SecondOrderSystem(LabelledSystem):
     mass: FloatArray
     damping: FloatArray
     stiffness: FloatArray
+
+    if TYPE_CHECKING:  # what `__post_init__` converts, said to type checkers
+
+        def __init__(
+            self,
+            mass: ArrayLike,
+            damping: ArrayLike,
+            stiffness: ArrayLike,
+            dofs: Iterable[str],
+            derived: Mapping[str, tuple[str, float]] = ...,
+            loss_factor: float = 0.0,
+        ) -> None: ...
 
     @staticmethod
     def _matrix(matrix: ArrayLike, size: int, name: str) -> FloatArray:

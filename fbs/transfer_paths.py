@@ -23,8 +23,9 @@ spectra alone, whose paths are what was measured at the references and not force
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -44,6 +45,12 @@ class Spectra:
     frequency: FloatArray
     values: ComplexArray
     labels: tuple[str, ...]
+
+    if TYPE_CHECKING:  # what `__post_init__` converts, said to type checkers
+
+        def __init__(
+            self, frequency: ArrayLike, values: ArrayLike, labels: Iterable[str]
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         labels = unique_labels(self.labels, "the spectra's labels")

@@ -1,6 +1,7 @@
 """Settings of all tests."""
 
 import math
+import os
 from collections.abc import Iterator
 
 import pytest
@@ -16,6 +17,10 @@ settings.register_profile(
     suppress_health_check=(HealthCheck.too_slow,),
 )
 settings.load_profile("reproducible")
+
+
+# Workers of pytest-xdist are given 80 columns; a pipe without a word of them is wide.
+os.environ.pop("COLUMNS", None)
 
 
 @pytest.fixture(autouse=True, scope="session")

@@ -9,7 +9,7 @@ import numpy as np
 
 from mbs_models.modal.mode_kinds import Kind
 from mbs_models.model.model_file import load
-from mbs_models.model.parameters import Drivetrain
+from mbs_models.model.parameters import Drivetrain, PlanetaryStage
 from tests.strategies import changed, with_stage
 
 # Teeth for Lin & Parker's base radii 38.7 and 50.2 mm (ring 139.1 mm): within 2 %, and such that N
@@ -36,8 +36,9 @@ def lin_parker(
 
 def speed_for(drivetrain: Drivetrain, mesh_frequency: float) -> float:
     """Sun speed (rpm) for a mesh frequency (Hz): f = z_s Ω_s z_r/(z_s + z_r), the ring held."""
-    (stage,) = drivetrain.stages
+    (stage,) = drivetrain.stages_of(PlanetaryStage)
     z_s, z_r = stage.sun.teeth, stage.ring.teeth
+    assert z_s is not None
     r_s, r_r = stage.sun.base_radius, stage.ring_radius
     return 60.0 * mesh_frequency * (r_s + r_r) / r_r / z_s if z_r else 0.0
 

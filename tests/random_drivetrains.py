@@ -207,13 +207,13 @@ class Whole:
                 stiffness += joint.stiffness * np.outer(v, v)
                 damping += joint.damping * np.outer(v, v)
         ties = ties[:, np.abs(ties).max(axis=0) > 0]
-        reduced = (ties.T @ matrix @ ties for matrix in (mass, damping, stiffness))
-        return cls(*reduced, {node: ties[k] for node, k in place.items()})
+        m, c, k = (ties.T @ matrix @ ties for matrix in (mass, damping, stiffness))
+        return cls(m, c, k, {node: ties[at] for node, at in place.items()})
 
     def natural_frequencies(self) -> np.ndarray:
         """Of the undamped whole, Hz."""
         square = eigh(self.stiffness.real, self.mass, eigvals_only=True)
-        return np.sqrt(square.clip(min=0.0)) / (2 * np.pi)
+        return np.asarray(np.sqrt(square.clip(min=0.0)) / (2 * np.pi))
 
     def frf(self, omega: np.ndarray, nodes: Sequence[tuple[str, str]]) -> np.ndarray:
         """Solve line by line, residuals in 80-bit arithmetic: H (nf, n, n), right to double."""

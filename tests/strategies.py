@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from hypothesis import strategies as st
+from pydantic import BaseModel
 
 from mbs_models.model.model_file import load
 from mbs_models.model.parameters import (
@@ -20,7 +21,10 @@ from mbs_models.model.parameters import (
 DAMPED = Damping(stiffness_proportional=1e-6, mass_proportional=1.0)
 
 
-def changed(table: Any, **changes: Any) -> Any:
+T = TypeVar("T", bound=BaseModel)
+
+
+def changed(table: T, **changes: Any) -> T:
     """A copy of a parameter table with some keys changed (None removes one), validated anew."""
     data = table.model_dump(by_alias=True, exclude_unset=True) | changes
     return type(table).model_validate({k: v for k, v in data.items() if v is not None})

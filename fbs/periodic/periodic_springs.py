@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from math import gcd, lcm
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -71,6 +72,20 @@ class PeriodicSpring:
     error: ComplexArray
     damping: float = 0.0
     static_force: float = 0.0
+
+    if TYPE_CHECKING:  # what `__post_init__` converts, said to type checkers
+
+        def __init__(
+            self,
+            name: str,
+            vector: ArrayLike,
+            stiffness: float,
+            ratio: float,
+            variation: ArrayLike,
+            error: ArrayLike,
+            damping: float = 0.0,
+            static_force: float = 0.0,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         for key, kind in (("vector", float), ("variation", complex), ("error", complex)):

@@ -60,6 +60,18 @@ class Record:
     responses: tuple[str, ...]
     quantity: Quantity
 
+    if TYPE_CHECKING:  # what `__post_init__` converts, said to type checkers
+
+        def __init__(
+            self,
+            sampling_frequency: float,
+            inputs: ArrayLike,
+            outputs: ArrayLike,
+            excitations: Iterable[str],
+            responses: Iterable[str],
+            quantity: Quantity | str,
+        ) -> None: ...
+
     def __post_init__(self) -> None:
         excitations = unique_labels(self.excitations, "the excitations")
         responses = unique_labels(self.responses, "the responses")

@@ -117,12 +117,12 @@ def _series(window: FloatArray, angle: FloatArray) -> FloatArray:
 
 def expected_sidebands(
     ring_teeth: int,
-    planet_angles: Sequence[float],
-    mesh: Sequence[complex],
+    planet_angles: ArrayLike,
+    mesh: ArrayLike,
     window: ArrayLike,
     *,
-    phases: Sequence[float] | None = None,
-    shares: Sequence[float] | None = None,
+    phases: ArrayLike | None = None,
+    shares: ArrayLike | None = None,
     sensor_angle: float = 0.0,
 ) -> tuple[Sideband, ...]:
     """Lines of `ring_sensor` for F_n = s_n Re Σ_l F_l e^{jl(z_r θ + γ_n)}.
@@ -168,7 +168,7 @@ def expected_sidebands(
             f"{loads.size} shares; need 1 tooth or more and one phase and share per planet"
         )
     lines: dict[int, complex] = {}
-    for harmonic, force in enumerate(mesh):
+    for harmonic, force in enumerate(np.asarray(mesh, dtype=complex)):
         for term, weight in enumerate(np.asarray(window, dtype=float)):
             for offset in {term, -term}:
                 planets = np.exp(1j * (harmonic * gamma + offset * (angles - sensor_angle)))

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ..contact.mesh_excitation import at_mean
 from ..model.parameters import Drivetrain
-from ..system.components import GROUND, Components, SpringKind
+from ..system.components import GROUND, Components
 from ..system.displaced import Displaced, placed
 from ..system.drivetrain import MultibodySystem, build_drivetrain
 from ..system.linearization import LinearizedSystem, coordinate_transform, linearize
@@ -78,12 +78,15 @@ def system_modes(
 
 
 def part_stiffness(drivetrain: Drivetrain, parts: Components) -> dict[str, StageStiffness]:
-    """Σ Gᵀ k G over each part's own springs, its couplings taken off."""
+    """Σ Gᵀ k G over the springs within each part or from it to the ground."""
     size = len(parts.dofs)
     stiffness = {part.name: np.zeros((size, size)) for part in drivetrain.parts}
+    joined = [{coupling.first, coupling.second} for coupling in drivetrain.couplings]
     for spring in parts.springs:
-        if spring.kind not in (SpringKind.SHAFT, SpringKind.TRANSLATION):
-            owner = next(end.body for end in spring.ends if end.body != GROUND).partition(".")[0]
+        if {end.body for end in spring.ends} in joined:
+            continue
+        owners = {end.body.partition(".")[0] for end in spring.ends if end.body != GROUND}
+        if len(owners) == 1 and (owner := owners.pop()) in stiffness:  # else a coupling's
             stiffness[owner] += spring.deflection.T @ spring.stiffness @ spring.deflection
     return {name: StageStiffness(parts.dofs, matrix) for name, matrix in stiffness.items()}
 

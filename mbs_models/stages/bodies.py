@@ -55,7 +55,7 @@ def physical(least: float, most: float, unit: str) -> AfterValidator:
     return AfterValidator(check)
 
 
-OF_MASS = physical(1e-12, 1e9, "kg")
+OF_MASS = physical(1e-15, 1e9, "kg")
 OF_INERTIA = physical(1e-18, 1e15, "kg m²")
 OF_STIFFNESS = physical(1e-3, 1e15, "N/m")
 OF_DAMPER = physical(1e-9, 1e12, "N s/m")

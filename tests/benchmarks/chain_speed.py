@@ -21,6 +21,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -96,7 +97,9 @@ def measure(path: str) -> None:
     sparse_lines = LINES[::50]
     sparse = SparseSystem.of(whole)
     seconds, exact = median_time(lambda: direct_frf(whole, dense_lines, ends, ends), 1)
-    found = {DENSE: {"s": seconds * LINES.size / dense_lines.size, "note": dense_lines.size}}
+    found: dict[str, dict[str, Any]] = {
+        DENSE: {"s": seconds * LINES.size / dense_lines.size, "note": dense_lines.size}
+    }
 
     def note(name: str, seconds: float, frf: Frf, text: Any = "") -> None:
         shared = np.isin(dense_lines, frf.frequency)
@@ -107,7 +110,7 @@ def measure(path: str) -> None:
     seconds, chain = median_time(lambda: couple_chain(stages, joints, LINES, ends, ends), 7)
     note(STAGE_WISE, seconds, chain.frf, f"kernel {chain.kernel_condition.max():.0e}")
     for name, few in ((EIGH, False), (EIGH_FEW, True)):
-        seconds, frf = median_time(lambda few=few: fastest_modal(whole, ends, few), 5)
+        seconds, frf = median_time(partial(fastest_modal, whole, ends, few), 5)
         note(name, seconds, frf)
     seconds, frf = median_time(lambda: sparse_frf(sparse, sparse_lines, ends, ends), 1)
     note(SPARSE, seconds * LINES.size / sparse_lines.size, frf, sparse_lines.size)
@@ -138,11 +141,12 @@ def measure_in_turn(paths: list[str]) -> None:
 def chain_files(folder: str, lengths: list[int]) -> dict[int, tuple[str, int]]:
     """Build the chains; {length: (file, DoFs)}."""
     from mbs_models.model.model_file import load
+    from mbs_models.model.parameters import PlanetaryStage
     from tests.planetary_chain import planetary_chain
     from tests.strategies import DAMPED
     from validation.routes.source import equations_source
 
-    (stage,) = load("lin-parker-4").stages
+    (stage,) = load("lin-parker-4").stages_of(PlanetaryStage)
     files = {}
     for length in lengths:
         model = equations_source(planetary_chain(stage, length, damping=DAMPED))

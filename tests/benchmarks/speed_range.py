@@ -27,7 +27,7 @@ from fbs import (
 )
 from mbs_models.gears.operating_point import operating_point
 from mbs_models.model.model_file import load
-from mbs_models.model.parameters import Drivetrain
+from mbs_models.model.parameters import Drivetrain, ParallelStage
 from tests.strategies import changed, with_stage
 from validation.routes.periodic_meshes import PeriodicDrivetrain, parametric
 from validation.speed.plan import plan
@@ -41,7 +41,7 @@ ERROR = {"harmonics": [[2e-6, 0.0], [1e-6, 30.0], [0.5e-6, 60.0]]}
 def varied(drivetrain: Drivetrain) -> Drivetrain:
     """With a trapezoid and a transmission error at every mesh, and light damping."""
     for stage in drivetrain.stages:
-        family = "mesh" if stage.type == "parallel" else None
+        family = "mesh" if isinstance(stage, ParallelStage) else None
         keys: dict[str, Any] = {}
         for name in (family,) if family else ("sun_mesh", "ring_mesh"):
             keys[f"{name}_variation"] = TRAPEZOID

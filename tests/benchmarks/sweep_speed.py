@@ -16,6 +16,7 @@ import time
 import tracemalloc
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -98,7 +99,7 @@ def stiffness_sweep(name: str, drivetrain: Drivetrain) -> None:
         with one_blas_thread():
             each = [
                 seconds(
-                    lambda i=i, solve=solve: rebuilt(drivetrain, found.rows[i][0], solve, lines),
+                    partial(rebuilt, drivetrain, found.rows[i][0], solve, lines),
                     3,
                 )
                 for i in REBUILT

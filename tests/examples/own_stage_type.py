@@ -1,6 +1,8 @@
 """A stage type of one's own: a shaft, two flanges of inertia I with a torsion spring between."""
 
-from typing import Literal
+from __future__ import annotations
+
+from typing import Any, Literal
 
 from mbs_models import Member, Part, Role, loads
 from mbs_models.model.model_file import template
@@ -15,12 +17,12 @@ class Shaft(Part):
     inertia: float  # kg m²
     stiffness: float  # N m/rad
 
-    def members(self):
+    def members(self) -> Any:
         mass = self.inertia / self.radius**2
         names = (f"{self.name}.left", f"{self.name}.right")
         return tuple(Member(name, Role.ROTOR, self.radius, {"w": mass}) for name in names)
 
-    def build(self, builder, frame):
+    def build(self, builder: Any, frame: Any) -> Any:
         flanges = {member.body: builder.hub(self.inertia) for member in self.members()}
         for name, body in flanges.items():
             builder.add_dof(f"{name}.w", (body, body.rotation, frame.facing / self.radius))
@@ -29,7 +31,7 @@ class Shaft(Part):
         return flanges
 
 
-def equations(shaft):
+def equations(shaft: Any) -> Any:
     """M and K = Σ k v vᵀ in w = r θ."""
     w = (f"{shaft.name}.left.w", f"{shaft.name}.right.w")
     m, k = shaft.inertia / shaft.radius**2, shaft.stiffness / shaft.radius**2

@@ -24,5 +24,6 @@ record = simulate(
     start_state=(point.displacement, np.zeros_like(point.displacement)),
     record=("mesh_forces",),
 )
+assert record.mesh_forces is not None
 mean = dict(zip(record.meshes, np.mean(record.mesh_forces, axis=0), strict=True))
 statics = 100.0 / drivetrain.radius("reducer.pinion")  # N

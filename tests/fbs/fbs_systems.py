@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 
 from fbs import Frf, SecondOrderSystem
@@ -10,7 +13,7 @@ HUB_MASS = 2.24e-8  # kg, half the paper's coupling hub
 HUB_STIFFNESS = 1e8  # N/m: a mode near 11 MHz
 
 
-def spring_matrices(n, springs):
+def spring_matrices(n: int, springs: Any) -> Any:
     """K and C as sums of k v v^T and c v v^T; springs are (v, k, c)."""
     stiffness, damping = np.zeros((n, n)), np.zeros((n, n))
     for v, k, c in springs:
@@ -19,7 +22,7 @@ def spring_matrices(n, springs):
     return stiffness, damping
 
 
-def unit(n, *signed):
+def unit(n: int, *signed: Any) -> Any:
     """A vector from (index, value) pairs."""
     v = np.zeros(n)
     for index, value in signed:
@@ -27,7 +30,7 @@ def unit(n, *signed):
     return v
 
 
-def random_springs(rng, n, grounded, beta):
+def random_springs(rng: np.random.Generator, n: int, grounded: Any, beta: Any) -> Any:
     """A chain with cross links; beta(rng) gives each spring's c / k."""
     vectors = [unit(n, (i, 1.0), (i + 1, -1.0)) for i in range(n - 1)]
     for _ in range(n if n > 2 else 0):
@@ -39,7 +42,14 @@ def random_springs(rng, n, grounded, beta):
     return [(v, k, k * beta(rng)) for v, k in zip(vectors, stiffness, strict=True)]
 
 
-def random_system(rng, n, prefix="x", grounded=True, beta=lambda rng: 0.0, derived=None):
+def random_system(
+    rng: np.random.Generator,
+    n: int,
+    prefix: str = "x",
+    grounded: bool = True,
+    beta: Callable[..., Any] = lambda rng: 0.0,
+    derived: Any = None,
+) -> Any:
     stiffness, damping = spring_matrices(n, random_springs(rng, n, grounded, beta))
     mass = np.diag(rng.uniform(0.4, 5.0, n))
     return SecondOrderSystem(
@@ -47,7 +57,9 @@ def random_system(rng, n, prefix="x", grounded=True, beta=lambda rng: 0.0, deriv
     )
 
 
-def hub_system(seed, n=22, grounded=False, beta=lambda rng: 0.0):
+def hub_system(
+    seed: int, n: int = 22, grounded: bool = False, beta: Callable[..., Any] = lambda rng: 0.0
+) -> Any:
     """Like a planetary stage that carries a nearly massless hub as its first DoF."""
     rng = np.random.default_rng(seed)
     body = [
@@ -62,7 +74,7 @@ def hub_system(seed, n=22, grounded=False, beta=lambda rng: 0.0):
     return SecondOrderSystem(mass, damping, stiffness, ("hub", *(f"x{i}" for i in range(1, n))))
 
 
-def long_double_frf(system, frequency):
+def long_double_frf(system: SecondOrderSystem, frequency: float) -> Any:
     """H at one line by Gauss-Jordan elimination in 80-bit arithmetic (three more digits)."""
     w = 2 * np.longdouble(np.pi) * np.longdouble(frequency)
     matrix = system.stiffness * (1 + 1j * np.longdouble(system.loss_factor))
@@ -79,7 +91,7 @@ def long_double_frf(system, frequency):
     return work[:, n:]
 
 
-def scaled_error(values, reference):
+def scaled_error(values: Any, reference: Any) -> Any:
     """|dH_ij| / sqrt(h_i h_j), h_i the norm of row i of the reference, per line: the largest."""
     values = values.values if isinstance(values, Frf) else np.asarray(values)
     reference = reference.values if isinstance(reference, Frf) else np.asarray(reference)

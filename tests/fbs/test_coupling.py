@@ -1,5 +1,9 @@
 """Coupling by FRFs is assembly of the systems, to round-off."""
 
+from __future__ import annotations
+
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -25,11 +29,11 @@ from tests.fbs.fbs_systems import random_system, scaled_error, unit
 AXIS = frequency_axis(100, 4000, 20)
 
 
-def damped(rng):
+def damped(rng: np.random.Generator) -> Any:
     return rng.uniform(1e-7, 1e-5)
 
 
-def assembled(systems, joints):
+def assembled(systems: Any, joints: Any) -> Any:
     """One system of all coordinates; rigid joints eliminate u_first - u_second = 0."""
     names = list(systems)
     sizes = [len(systems[name].dofs) for name in names]
@@ -55,12 +59,12 @@ def assembled(systems, joints):
     basis = np.eye(n)
     if rows:
         basis = np.linalg.svd(np.array(rows))[2][len(rows) :].T  # null space of the constraints
-    reduced = (basis.T @ matrix @ basis for matrix in (mass, damping, stiffness))
+    m, c, k = (basis.T @ matrix @ basis for matrix in (mass, damping, stiffness))
     q = tuple(f"q{i}" for i in range(basis.shape[1]))
-    return SecondOrderSystem(*reduced, q), basis, start
+    return SecondOrderSystem(m, c, k, q), basis, start
 
 
-def reference(systems, joints, coupled):
+def reference(systems: Any, joints: Any, coupled: Any) -> Any:
     """FRFs of the assembly between the labels of a coupled FRF, label by label."""
     system, basis, start = assembled(systems, joints)
     rows = []
@@ -68,11 +72,11 @@ def reference(systems, joints, coupled):
         owner = next(name for name in systems if label in systems[name].labels)
         (index,), (factor,) = systems[owner].locate([label])
         rows.append(factor * basis[start[owner] + index])
-    rows = np.array(rows)
-    return rows @ direct_frf(system, coupled.frequency).values @ rows.T
+    basis_rows = np.array(rows)
+    return basis_rows @ direct_frf(system, coupled.frequency).values @ basis_rows.T
 
 
-def loss(frfs, coupled):
+def loss(frfs: Any, coupled: Any) -> Any:
     """|Y_ij| / sqrt(h_i h_j): by how much Y - Y B^T (...) B Y cancels, per line (at least 1)."""
     row = dict(zip(coupled.responses, np.linalg.norm(coupled.values, axis=2).T, strict=True))
     ratios = [np.ones(coupled.frequency.size)]
@@ -83,7 +87,7 @@ def loss(frfs, coupled):
     return np.max(ratios, axis=0)
 
 
-def check(systems, joints, axis=AXIS):
+def check(systems: Any, joints: Any, axis: Any = AXIS) -> Any:
     frfs = {name: direct_frf(system, axis) for name, system in systems.items()}
     coupled = couple(frfs, joints)
     error = scaled_error(coupled.frf, reference(systems, joints, coupled.frf))
@@ -98,7 +102,7 @@ def check(systems, joints, axis=AXIS):
 
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(2, 5), st.integers(0, 3))
-def test_coupling_is_assembly(seed, count, loops):
+def test_coupling_is_assembly(seed: int, count: int, loops: Any) -> None:
     rng = np.random.default_rng(seed)
     systems = {}
     for k in range(count):
@@ -108,10 +112,10 @@ def test_coupling_is_assembly(seed, count, loops):
             rng, n, f"s{k}.x", grounded=k == 0, beta=damped, derived=derived
         )
 
-    def node(k):
+    def node(k: Any) -> Any:
         return f"s{k}", str(rng.choice(systems[f"s{k}"].labels))
 
-    def joint(first, second):
+    def joint(first: Any, second: Any) -> Any:
         if rng.random() < 0.4:  # a tree of joints: no rigid one can be redundant
             return Joint(first, second)
         return Joint(first, second, rng.uniform(1e6, 1e9), rng.choice([0.0, 10.0]))
@@ -124,7 +128,7 @@ def test_coupling_is_assembly(seed, count, loops):
     check(systems, joints)
 
 
-def two_stages(seed=0):
+def two_stages(seed: int = 0) -> Any:
     rng = np.random.default_rng(seed)
     return {
         "a": random_system(rng, 5, "a", beta=damped),
@@ -133,7 +137,7 @@ def two_stages(seed=0):
 
 
 @pytest.mark.parametrize("stiffness", [None, 1e5, 1e7])
-def test_equation_15_with_the_minus_sign(stiffness):
+def test_equation_15_with_the_minus_sign(stiffness: float | None) -> None:
     """The printed column [A_ic; A_cc; B_jc] turns the sign of every FRF between A and B."""
     systems = two_stages()
     joint = Joint(("a", "a4"), ("b", "b0"), stiffness)
@@ -151,7 +155,7 @@ def test_equation_15_with_the_minus_sign(stiffness):
     assert np.allclose(between.values, -as_printed, rtol=1e-9, atol=0)
 
 
-def test_rigid_joints_make_one_motion_and_keep_a_shared_label_once():
+def test_rigid_joints_make_one_motion_and_keep_a_shared_label_once() -> None:
     rng = np.random.default_rng(1)
     systems = {
         "a": random_system(rng, 4, "a", beta=damped, derived={"hub": ("a3", 1.0)}),
@@ -167,14 +171,14 @@ def test_rigid_joints_make_one_motion_and_keep_a_shared_label_once():
     )
 
 
-def test_a_loop_closed_within_one_substructure():
+def test_a_loop_closed_within_one_substructure() -> None:
     rng = np.random.default_rng(2)
     systems = {"a": random_system(rng, 6, "a", beta=damped)}
     check(systems, [Joint(("a", "a0"), ("a", "a4"), 1e8, 20.0)])
     check(systems, [Joint(("a", "a0"), ("a", "a4"))])
 
 
-def test_a_taken_away_stiffness_undoes_a_joint():
+def test_a_taken_away_stiffness_undoes_a_joint() -> None:
     systems = two_stages()
     frfs = {name: direct_frf(system, AXIS) for name, system in systems.items()}
     joint = Joint(("a", "a4"), ("b", "b0"), 1e7)
@@ -188,7 +192,7 @@ def test_a_taken_away_stiffness_undoes_a_joint():
     )  # two couplings of condition below 1e3
 
 
-def test_substructures_need_not_be_square():
+def test_substructures_need_not_be_square() -> None:
     systems = two_stages()
     whole = {name: direct_frf(system, AXIS) for name, system in systems.items()}
     part = {
@@ -204,7 +208,7 @@ def test_substructures_need_not_be_square():
     assert coupled.values.strides[0] == 16
 
 
-def test_only_what_is_asked_for():
+def test_only_what_is_asked_for() -> None:
     systems = two_stages()
     frfs = {name: direct_frf(system, AXIS) for name, system in systems.items()}
     joints = [Joint(("a", "a4"), ("b", "b0"), 1e7), Joint(("a", "a1"), ("b", "b2"))]
@@ -224,7 +228,7 @@ def test_only_what_is_asked_for():
         couple(frfs, joints, None, ["a0", "a0"])
 
 
-def test_a_shared_label_may_be_asked_for():
+def test_a_shared_label_may_be_asked_for() -> None:
     rng = np.random.default_rng(1)
     systems = {
         "a": random_system(rng, 4, "a", beta=damped, derived={"hub": ("a3", 1.0)}),
@@ -239,12 +243,12 @@ def test_a_shared_label_may_be_asked_for():
 
 
 @pytest.mark.parametrize("joints", [1, 3])
-def test_frfs_that_are_not_reciprocal(joints):
+def test_frfs_that_are_not_reciprocal(joints: int) -> None:
     """Y_c = Y - Y B^T (B Y B^T + 1/Z)^-1 B Y written out, for measured FRFs with H_ij != H_ji."""
     rng = np.random.default_rng(17)
     axis = frequency_axis(1, 600, 1)
 
-    def noise(n):
+    def noise(n: int) -> Any:
         return rng.standard_normal((axis.size, n, n)) + 1j * rng.standard_normal((axis.size, n, n))
 
     a, b = noise(4), noise(5)
@@ -280,7 +284,7 @@ def test_frfs_that_are_not_reciprocal(joints):
     assert np.abs(expected - expected.transpose(0, 2, 1)).max() > 1.0
 
 
-def test_memory_order_does_not_matter():
+def test_memory_order_does_not_matter() -> None:
     frfs = {name: direct_frf(system, AXIS) for name, system in two_stages().items()}
     copies = {
         name: Frf(AXIS, np.ascontiguousarray(frf.values), frf.responses, frf.excitations)
@@ -291,7 +295,7 @@ def test_memory_order_does_not_matter():
 
 
 @pytest.mark.parametrize("quantity", ["mobility", "accelerance"])
-def test_other_quantities_couple_alike(quantity):
+def test_other_quantities_couple_alike(quantity: str) -> None:
     frfs = {name: direct_frf(system, AXIS) for name, system in two_stages().items()}
     joints = [Joint(("a", "a4"), ("b", "b0"), 1e7, 30.0), Joint(("a", "a1"), ("b", "b2"))]
     expected = couple(frfs, joints)
@@ -301,7 +305,7 @@ def test_other_quantities_couple_alike(quantity):
     assert scaled_error(coupled.frf.to("receptance"), expected.frf).max() < 1e-11
 
 
-def test_kernel_condition_of_one_scalar_joint():
+def test_kernel_condition_of_one_scalar_joint() -> None:
     frfs = {name: direct_frf(system, AXIS) for name, system in two_stages().items()}
     joint = Joint(("a", "a4"), ("b", "b0"), 1e7, 30.0)
     a, b = frfs["a"].between("a4", "a4"), frfs["b"].between("b0", "b0")
@@ -310,7 +314,7 @@ def test_kernel_condition_of_one_scalar_joint():
     assert np.allclose(couple(frfs, [joint]).kernel_condition, expected, rtol=1e-12)
 
 
-def test_kernel_condition_bounds_the_amplification():
+def test_kernel_condition_bounds_the_amplification() -> None:
     rng = np.random.default_rng(7)
     frfs = {name: direct_frf(system, AXIS) for name, system in two_stages().items()}
     joint = Joint(("a", "a4"), ("b", "b0"))
@@ -327,7 +331,7 @@ def test_kernel_condition_bounds_the_amplification():
     assert (abs(changed / force - 1) <= 1.01e-6 * coupled.kernel_condition).all()
 
 
-def test_a_damper_vanishes_at_zero_hertz():
+def test_a_damper_vanishes_at_zero_hertz() -> None:
     rng = np.random.default_rng(3)
     systems = {"a": random_system(rng, 3, "a"), "b": random_system(rng, 3, "b")}
     joints = [Joint(("a", "a2"), ("b", "b0"), 0.0, 100.0)]
@@ -335,13 +339,13 @@ def test_a_damper_vanishes_at_zero_hertz():
     assert (coupled.frf.select(["a0"], ["b0"]).values[0] == 0).all()
 
 
-def test_grounded_stages_couple_at_zero_hertz():
+def test_grounded_stages_couple_at_zero_hertz() -> None:
     rng = np.random.default_rng(4)
     systems = {"a": random_system(rng, 3, "a"), "b": random_system(rng, 3, "b")}
     check(systems, [Joint(("a", "a2"), ("b", "b0"), 1e7)], np.array([0.0, 100.0]))
 
 
-def test_a_pole_of_the_assembly_is_a_singular_line():
+def test_a_pole_of_the_assembly_is_a_singular_line() -> None:
     # two equal oscillators, coupled rigidly with the opposite of one's receptance: h_a + h_b = 0
     h = np.array([1e-8, 2e-8, 3e-8])[:, None, None]
     a, b = Frf([1.0, 2.0, 3.0], h, ("a",), ("a",)), Frf([1.0, 2.0, 3.0], -h, ("b",), ("b",))
@@ -354,7 +358,7 @@ def test_a_pole_of_the_assembly_is_a_singular_line():
         couple({"a": zero, "b": zero.renamed({"a": "b"})}, [Joint(("a", "a"), ("b", "b"))])
 
 
-def test_ties_that_follow_from_others_are_singular():
+def test_ties_that_follow_from_others_are_singular() -> None:
     rng = np.random.default_rng(5)
     # b's three labels are one coordinate: tying two of them to a ties a's DoFs twice over
     one = random_system(rng, 1, "b", derived={"hub": ("b0", 1.0)})
@@ -364,7 +368,7 @@ def test_ties_that_follow_from_others_are_singular():
         couple(frfs, [Joint(("a", "a0"), ("b", "b0")), Joint(("a", "a.hub"), ("b", "hub"))])
 
 
-def test_redundant_rigid_joints_are_named():
+def test_redundant_rigid_joints_are_named() -> None:
     frfs = {name: direct_frf(system, AXIS) for name, system in two_stages().items()}
     twice = [Joint(("a", "a4"), ("b", "b0")), Joint(("b", "b0"), ("a", "a4"))]
     with pytest.raises(JointError, match=r"joint b\.b0 - a\.a4 is redundant"):
@@ -389,19 +393,19 @@ def test_redundant_rigid_joints_are_named():
         ({"second": "b"}, r"\(substructure, DoF label\)"),
     ],
 )
-def test_bad_joints(arguments, message):
+def test_bad_joints(arguments: dict[str, Any], message: str) -> None:
     ends = {"first": ("a", "x"), "second": ("b", "y")}
     with pytest.raises(JointError, match=message):
         Joint(**(ends | arguments))
 
 
-def test_a_rigid_joint_has_no_dynamic_stiffness():
+def test_a_rigid_joint_has_no_dynamic_stiffness() -> None:
     joint = Joint(("a", "x"), ("b", "y"))
     with pytest.raises(JointError, match="rigid"):
         joint.dynamic_stiffness(np.ones(1))
 
 
-def test_without_joints_the_substructures_stay_side_by_side():
+def test_without_joints_the_substructures_stay_side_by_side() -> None:
     frfs = {name: direct_frf(system, AXIS) for name, system in two_stages().items()}
     apart = couple(frfs, [])
     for frf in frfs.values():
@@ -411,7 +415,7 @@ def test_without_joints_the_substructures_stay_side_by_side():
     np.testing.assert_array_equal(apart.kernel_condition, 1.0)
 
 
-def test_bad_couplings_are_refused_by_name():
+def test_bad_couplings_are_refused_by_name() -> None:
     frfs = {name: direct_frf(system, AXIS) for name, system in two_stages().items()}
     joint = Joint(("a", "a4"), ("b", "b0"))
     with pytest.raises(FbsError, match="no substructures"):
@@ -435,7 +439,7 @@ def test_bad_couplings_are_refused_by_name():
         couple({**frfs, "b": frfs["b"].renamed({"b0": "a4"})}, [flexible])
 
 
-def test_mobility_at_zero_hertz_cannot_be_coupled():
+def test_mobility_at_zero_hertz_cannot_be_coupled() -> None:
     axis = np.array([0.0, 10.0])
     rng = np.random.default_rng(6)
     frfs = {
@@ -445,5 +449,5 @@ def test_mobility_at_zero_hertz_cannot_be_coupled():
         couple(frfs, [Joint(("a", "a0"), ("b", "b0"))])
 
 
-def test_unit_builds_vectors():
+def test_unit_builds_vectors() -> None:
     assert unit(3, (0, 1.0), (2, -1.0)).tolist() == [1.0, 0.0, -1.0]

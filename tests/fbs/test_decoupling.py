@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -181,6 +184,6 @@ TWO = (
         (lambda: decouple_primal(AB.select(["a", "c", "b"], ["a"]), B, ["c"]), FbsError, "square"),
     ],
 )
-def test_what_cannot_be_decoupled(call, error, words) -> None:  # type: ignore[no-untyped-def]
+def test_what_cannot_be_decoupled(call: Callable[..., Any], error: Any, words: str) -> None:
     with pytest.raises(error, match=words):
         call()

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -106,7 +107,7 @@ def synthesised(
 ) -> Iterator[tuple[str, dict[str, Any]]]:
     for route, method in METHODS.items():
         frfs = {
-            name: attempt(tally, route, lambda m=method, s=system: m(s, [line]))
+            name: attempt(tally, route, partial(method, system, [line]))
             for name, system in systems.items()
         }
         for name, frf in frfs.items():
@@ -142,6 +143,10 @@ def coupled(
         tally.add(name, found.frf.values[0], found.round_off[0], exact, at)
 
 
+def blocked_stiffness(system: SecondOrderSystem, line: float, masters: list[str]) -> Frf:
+    return condense_blocked(direct_frf(system, [line], system.dofs, system.dofs), masters)
+
+
 def condensed(
     rng: np.random.Generator,
     systems: dict[str, SecondOrderSystem],
@@ -160,13 +165,13 @@ def condensed(
         blocked = attempt(
             tally,
             "blocked",
-            lambda s=system, m=masters: condense_blocked(direct_frf(s, [line], s.dofs, s.dofs), m),
+            partial(blocked_stiffness, system, line, masters),
         )
         if blocked is not None:
             exact = Assembly({name: system}, (), locked).receptances(line, nodes, nodes)
             tally.add("blocked", blocked.values[0], blocked.round_off[0], exact, at)
         stiffness = attempt(
-            tally, "stiffness", lambda s=system, m=masters: condense_dynamic_stiffness(s, [line], m)
+            tally, "stiffness", partial(condense_dynamic_stiffness, system, [line], masters)
         )
         if stiffness is not None:
             free = Assembly({name: system}).receptances(line, nodes, nodes)

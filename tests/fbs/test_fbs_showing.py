@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from matplotlib import pyplot
+from matplotlib.figure import Figure
 
 import fbs
 from fbs import (
@@ -124,7 +125,9 @@ def test_an_frf_drawn() -> None:
         np.testing.assert_array_equal(magnitude.lines[k].get_ydata(), np.abs(h))
         np.testing.assert_array_equal(phase.lines[k].get_ydata(), np.degrees(np.angle(h)))
         assert magnitude.lines[k].get_label() == f"{response} ← {excitation}"
-    magnitude.figure.savefig(io.BytesIO())  # what a label holds is no formula
+    figure = magnitude.figure
+    assert isinstance(figure, Figure)
+    figure.savefig(io.BytesIO())  # what a label holds is no formula
 
 
 def test_two_frfs_in_one_picture() -> None:
@@ -141,7 +144,9 @@ def test_a_legend_names_what_can_be_read() -> None:
     assert len(many.plot()[0].lines) == 21**2
     assert pyplot.gcf().axes[0].get_legend() is None
     few = many.select(many.responses[:20], many.excitations[:1])
-    assert len(few.plot()[0].get_legend().get_texts()) == 20
+    legend = few.plot()[0].get_legend()
+    assert legend is not None
+    assert len(legend.get_texts()) == 20
 
 
 def test_a_record_drawn() -> None:
@@ -151,7 +156,9 @@ def test_a_record_drawn() -> None:
     np.testing.assert_array_equal(motion.lines[0].get_xdata(), made.time)
     np.testing.assert_array_equal(motion.lines[1].get_ydata(), made.outputs[:, 1])
     assert motion.get_xlabel() == "time, s"
-    motion.figure.savefig(io.BytesIO())
+    figure = motion.figure
+    assert isinstance(figure, Figure)
+    figure.savefig(io.BytesIO())
     with pytest.raises(FbsError, match="2 axes are needed"):
         made.plot([forces])
 

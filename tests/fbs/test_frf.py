@@ -1,6 +1,9 @@
 """The FRF object: validation, selection, arithmetic."""
 
+from __future__ import annotations
+
 import pickle
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,19 +25,24 @@ from fbs import (
 AXIS = np.array([1.0, 2.0, 4.0])
 
 
-def example(axis=AXIS, responses=("sun.u", "sun.v"), excitations=("sun.u", "hub.w", "x"), seed=0):
+def example(
+    axis: Any = AXIS,
+    responses: tuple[str, ...] = ("sun.u", "sun.v"),
+    excitations: tuple[str, ...] = ("sun.u", "hub.w", "x"),
+    seed: int = 0,
+) -> Any:
     rng = np.random.default_rng(seed)
     shape = (len(axis), len(responses), len(excitations))
     values = rng.standard_normal(shape) + 1j * rng.standard_normal(shape)
     return Frf(axis, values, responses, excitations)
 
 
-def test_values_are_frequency_response_excitation():
+def test_values_are_frequency_response_excitation() -> None:
     frf = example()
     assert np.array_equal(frf.between("sun.v", "hub.w"), frf.values[:, 1, 1])
 
 
-def test_arrays_are_read_only_and_the_callers_stay_writable():
+def test_arrays_are_read_only_and_the_callers_stay_writable() -> None:
     values = np.ones((3, 1, 1), dtype=complex)
     frf = Frf(AXIS, values, ("a",), ("a",))
     with pytest.raises(ValueError, match="read-only"):
@@ -48,14 +56,14 @@ def test_arrays_are_read_only_and_the_callers_stay_writable():
     assert np.shares_memory(Frf(AXIS, values, ("a",), ("a",)).values, values)  # no copy
 
 
-def test_a_frequency_contiguous_array_stays_so():
+def test_a_frequency_contiguous_array_stays_so() -> None:
     values = np.zeros((2, 2, 3), dtype=complex).transpose(2, 0, 1)
     frf = Frf(AXIS, values, ("a", "b"), ("a", "b"))
     for other in (frf, frf + frf, 2 * frf, -frf, frf.to("mobility"), frf.select(["b"])):
         assert other.values.strides[0] == 16
 
 
-def test_select_reorders_and_keeps_what_is_not_named():
+def test_select_reorders_and_keeps_what_is_not_named() -> None:
     frf = example()
     part = frf.select(excitations=["x", "sun.u"])
     assert part.responses == frf.responses
@@ -63,7 +71,7 @@ def test_select_reorders_and_keeps_what_is_not_named():
     assert np.array_equal(part.values, frf.values[:, :, [2, 0]])
 
 
-def test_an_unknown_label_names_the_nearest():
+def test_an_unknown_label_names_the_nearest() -> None:
     with pytest.raises(UnknownDofError, match=r"'sun\.w'.*did you mean 'sun\.[uv]'"):
         example().between("sun.w", "x")
     with pytest.raises(UnknownDofError, match=r"it has sun\.u, sun\.v"):
@@ -72,7 +80,7 @@ def test_an_unknown_label_names_the_nearest():
 
 @pytest.mark.parametrize("target", list(Quantity))
 @pytest.mark.parametrize("source", list(Quantity))
-def test_quantities_convert_by_powers_of_jw(source, target):
+def test_quantities_convert_by_powers_of_jw(source: Any, target: Any) -> None:
     frf = Frf(AXIS, np.ones((3, 1, 1)), ("a",), ("a",), source)
     power = list(Quantity).index(target) - list(Quantity).index(source)
     # one rounding in the power, one in the product
@@ -81,20 +89,20 @@ def test_quantities_convert_by_powers_of_jw(source, target):
     assert frf.to(target).quantity == target
 
 
-def test_integrating_at_zero_hertz_is_refused():
+def test_integrating_at_zero_hertz_is_refused() -> None:
     frf = Frf([0.0, 1.0], np.ones((2, 1, 1)), ("a",), ("a",), "mobility")
     with pytest.raises(QuantityMismatchError, match="0 Hz"):
         frf.to(Quantity.RECEPTANCE)
     assert frf.to("accelerance").values[0, 0, 0] == 0
 
 
-def test_magnitude_in_decibel():
+def test_magnitude_in_decibel() -> None:
     frf = Frf([1.0, 2.0], [[[10.0]], [[0.0]]], ("a",), ("a",))
     assert frf.magnitude_db()[0, 0, 0] == pytest.approx(20)
     assert frf.magnitude_db()[1, 0, 0] == -np.inf
 
 
-def test_renamed_and_band():
+def test_renamed_and_band() -> None:
     frf = example()
     renamed = frf.renamed({"sun.u": "planetary.sun.u"})
     assert renamed.responses == ("planetary.sun.u", "sun.v")
@@ -109,7 +117,7 @@ def test_renamed_and_band():
         frf.band(2.5, 3)
 
 
-def test_arithmetic():
+def test_arithmetic() -> None:
     a, b = example(seed=1), example(seed=2)
     assert np.array_equal((a + b).values, a.values + b.values)
     assert np.array_equal((a - b).values, a.values - b.values)
@@ -124,7 +132,7 @@ def test_arithmetic():
         a - [1]
 
 
-def test_mismatches_name_the_first_difference():
+def test_mismatches_name_the_first_difference() -> None:
     a = example()
     with pytest.raises(AxisMismatchError, match=r"line 1 is 2 Hz .* 3 Hz"):
         a + example(axis=np.array([1.0, 3.0, 4.0]))
@@ -138,7 +146,7 @@ def test_mismatches_name_the_first_difference():
         a + a.to("mobility")
 
 
-def test_bad_input_is_refused_by_name():
+def test_bad_input_is_refused_by_name() -> None:
     one = np.ones((3, 1, 1))
     with pytest.raises(FbsError, match=r"shape \(3, 1, 1\)"):
         Frf(AXIS, one, ("a", "b"), ("a",))
@@ -160,7 +168,7 @@ def test_bad_input_is_refused_by_name():
         Frf(AXIS, one, ("a",), ("a",), "inertance")
 
 
-def test_a_non_finite_value_is_named():
+def test_a_non_finite_value_is_named() -> None:
     values = np.ones((3, 2, 1), dtype=complex)
     values[1, 1, 0] = np.nan
     with pytest.raises(NonFiniteError, match=r"from 'c' to 'b' is .*nan.* at 2 Hz \(1 values"):
@@ -169,14 +177,14 @@ def test_a_non_finite_value_is_named():
     Frf(AXIS, np.full((3, 2, 1), 1e308), ("a", "b"), ("c",))
 
 
-def test_frfs_travel_between_processes():
+def test_frfs_travel_between_processes() -> None:
     frf = example()
     copy = pickle.loads(pickle.dumps(frf))
     assert np.array_equal(copy.values, frf.values)
     assert copy.responses == frf.responses
 
 
-def test_frequency_axis_includes_both_ends():
+def test_frequency_axis_includes_both_ends() -> None:
     axis = frequency_axis(1, 15000, 1)
     assert axis[0] == 1
     assert axis[-1] == 15000
@@ -188,7 +196,7 @@ def test_frequency_axis_includes_both_ends():
     st.integers(0, 500),
     st.integers(0, 500),
 )
-def test_frequency_axis_is_exact_multiples(df, first, count):
+def test_frequency_axis_is_exact_multiples(df: float, first: Any, count: int) -> None:
     axis = frequency_axis(first * df, (first + count) * df, df)
     per_hertz = 1 / df
     # the correctly rounded decimal: what float("0.3") gives, not 3 * 0.1
@@ -208,6 +216,8 @@ def test_frequency_axis_is_exact_multiples(df, first, count):
         ((0, np.inf, 1), "finite"),
     ],
 )
-def test_frequency_axis_refuses_nonsense(limits, message):
+def test_frequency_axis_refuses_nonsense(
+    limits: tuple[float, int, int] | tuple[int, float, int] | tuple[int, int, int], message: str
+) -> None:
     with pytest.raises(FbsError, match=message):
         frequency_axis(*limits)

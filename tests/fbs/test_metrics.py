@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from fbs import FbsError, Frf
 from fbs.metrics import coherence_criterion, comac, csac, csf, fdac, frac, lac, mac
 
 RNG = np.random.default_rng(0)
-H = RNG.standard_normal((40, 3, 2)) + 1j * RNG.standard_normal((40, 3, 2))
+H: NDArray[np.complex128] = RNG.standard_normal((40, 3, 2)) + 1j * RNG.standard_normal((40, 3, 2))
 LINES = np.arange(1.0, 41.0)
 
 

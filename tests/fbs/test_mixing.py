@@ -32,7 +32,7 @@ def error(found: Frf) -> float:
 
 def test_a_measurement_of_the_model_itself_changes_nothing() -> None:
     for form in ("basic", "extended"):
-        mixed = semm(MODEL, MODEL.select(MEASURED, MEASURED), form)  # type: ignore[arg-type]
+        mixed = semm(MODEL, MODEL.select(MEASURED, MEASURED), form)
         np.testing.assert_allclose(mixed.frf.values, MODEL.values, rtol=1e-9)
         for share in (*mixed.responses.values(), *mixed.excitations.values()):
             np.testing.assert_allclose(share, 1.0, rtol=1e-9)

@@ -1,12 +1,16 @@
 """Modes and modal FRFs: accuracy next to a hub of 2e-8 kg, rigid bodies, repeated modes."""
 
+from __future__ import annotations
+
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 import scipy.linalg
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from numpy.typing import ArrayLike
 
 from fbs import (
     AxisMismatchError,
@@ -42,13 +46,13 @@ DAMPING = {
 }
 
 
-def reordered(system, order):
-    matrices = (m[np.ix_(order, order)] for m in (system.mass, system.damping, system.stiffness))
-    return SecondOrderSystem(*matrices, tuple(system.dofs[k] for k in order))
+def reordered(system: SecondOrderSystem, order: list[int]) -> SecondOrderSystem:
+    m, c, k = (m[np.ix_(order, order)] for m in (system.mass, system.damping, system.stiffness))
+    return SecondOrderSystem(m, c, k, tuple(system.dofs[i] for i in order))
 
 
-def diagonal_system(mass, stiffness, damping=0.0):
-    n = len(mass)
+def diagonal_system(mass: ArrayLike, stiffness: ArrayLike, damping: float = 0.0) -> Any:
+    n = np.size(mass)
     return SecondOrderSystem(
         np.diag(mass),
         damping * np.ones((n, n)),
@@ -59,7 +63,7 @@ def diagonal_system(mass, stiffness, damping=0.0):
 
 @pytest.mark.parametrize("grounded", [True, False])
 @pytest.mark.parametrize("kind", list(DAMPING))
-def test_modal_is_direct_with_a_near_massless_hub(kind, grounded):
+def test_modal_is_direct_with_a_near_massless_hub(kind: Any, grounded: bool) -> None:
     system = hub_system(3, n=20, grounded=grounded, beta=DAMPING[kind])
     assert real_modes(system).natural_frequencies[-1] > 7e6
     natural = real_modes(system).natural_frequencies
@@ -80,7 +84,7 @@ def test_modal_is_direct_with_a_near_massless_hub(kind, grounded):
 
 @pytest.mark.parametrize("hub_at", [0, 7, 14])
 @pytest.mark.parametrize("kind", list(DAMPING))
-def test_modal_against_extended_precision(kind, hub_at):
+def test_modal_against_extended_precision(kind: Any, hub_at: int) -> None:
     order = [*range(1, 15)]
     order.insert(hub_at, 0)
     system = reordered(hub_system(1, n=15, grounded=True, beta=DAMPING[kind]), order)
@@ -93,7 +97,7 @@ def test_modal_against_extended_precision(kind, hub_at):
 
 @pytest.mark.parametrize("grounded", [True, False])
 @pytest.mark.parametrize("kind", list(DAMPING))
-def test_modal_is_direct_with_a_loss_factor(kind, grounded):
+def test_modal_is_direct_with_a_loss_factor(kind: Any, grounded: bool) -> None:
     beta = DAMPING[kind]
     system = replace(hub_system(3, n=20, grounded=grounded, beta=beta), loss_factor=0.01)
     lines = AXIS[::10]
@@ -106,7 +110,7 @@ def test_modal_is_direct_with_a_loss_factor(kind, grounded):
 
 
 @pytest.mark.parametrize("kind", ["undamped", "proportional"])
-def test_poles_with_a_loss_factor(kind):
+def test_poles_with_a_loss_factor(kind: str) -> None:
     system = random_system(np.random.default_rng(21), 6, grounded=False, beta=DAMPING[kind])
     lossy = replace(system, loss_factor=0.3)
     found = poles(lossy)
@@ -127,7 +131,7 @@ def test_poles_with_a_loss_factor(kind):
         assert found.damping_ratios[1:] == pytest.approx(np.sin(np.arctan(0.3) / 2), rel=1e-13)
 
 
-def test_an_overdamped_lossy_mode_keeps_both_its_poles():
+def test_an_overdamped_lossy_mode_keeps_both_its_poles() -> None:
     m, c, k = 1.0, 2e4, 200.0 * (1 + 0.5j)
     system = SecondOrderSystem([[m]], [[c]], [[k.real]], ("x",), loss_factor=0.5)
     low, high = poles(system).values
@@ -135,13 +139,13 @@ def test_an_overdamped_lossy_mode_keeps_both_its_poles():
     assert low + high == pytest.approx(-c / m, rel=1e-14)
 
 
-def test_poles_of_a_loss_factor_and_general_damping_are_refused_by_name():
+def test_poles_of_a_loss_factor_and_general_damping_are_refused_by_name() -> None:
     system = random_system(np.random.default_rng(22), 5, beta=DAMPING["general"])
     with pytest.raises(FbsError, match=r"loss factor together with .* not proportional"):
         poles(replace(system, loss_factor=0.01))
 
 
-def test_plain_eigh_is_what_this_is_better_than():
+def test_plain_eigh_is_what_this_is_better_than() -> None:
     # in this order of DoFs; with the hub first, eigh happens to do well
     system = reordered(hub_system(1, n=15, grounded=True), [*range(1, 15), 0])
     values, shapes = scipy.linalg.eigh(system.stiffness, system.mass)
@@ -151,7 +155,7 @@ def test_plain_eigh_is_what_this_is_better_than():
     assert scaled_error(modal_frf(system, [1.0]).values[0], reference) < 1e-13
 
 
-def test_every_frequency_has_its_own_digits():
+def test_every_frequency_has_its_own_digits() -> None:
     # a grounded chain of two: w^2 from the quadratic in exact rationals is well known to 1e-15
     m, k, soft = HUB_MASS, HUB_STIFFNESS, 1e5
     system = diagonal_system([m, 1.0], [[k + soft, -k], [-k, k]])
@@ -164,7 +168,9 @@ def test_every_frequency_has_its_own_digits():
 
 @settings(max_examples=40, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 12), st.booleans(), st.booleans())
-def test_modes_diagonalise_mass_and_stiffness(seed, n, grounded, full_mass):
+def test_modes_diagonalise_mass_and_stiffness(
+    seed: int, n: int, grounded: Any, full_mass: Any
+) -> None:
     rng = np.random.default_rng(seed)
     system = random_system(rng, n, grounded=grounded)
     if full_mass:
@@ -182,14 +188,14 @@ def test_modes_diagonalise_mass_and_stiffness(seed, n, grounded, full_mass):
     assert (np.diff(modes.angular_frequency) >= 0).all()
 
 
-def test_rigid_body_shapes_are_exact():
+def test_rigid_body_shapes_are_exact() -> None:
     rngs = [np.random.default_rng(k) for k in range(3)]
     systems = [random_system(rng, 4, f"s{k}", grounded=False) for k, rng in enumerate(rngs)]
-    block = [
+    mass, damping, stiffness = (
         scipy.linalg.block_diag(*(getattr(s, name) for s in systems))
         for name in ("mass", "damping", "stiffness")
-    ]
-    system = SecondOrderSystem(*block, tuple(d for s in systems for d in s.dofs))
+    )
+    system = SecondOrderSystem(mass, damping, stiffness, tuple(d for s in systems for d in s.dofs))
     modes = real_modes(system)
     assert modes.n_rigid == 3
     assert (modes.angular_frequency[:3] == 0).all()
@@ -200,14 +206,14 @@ def test_rigid_body_shapes_are_exact():
     assert scaled_error(modal_frf(system, AXIS[99::100]), direct).max() < 1e-9
 
 
-def test_a_rigid_body_that_carries_the_hub_is_exact_at_the_hub():
+def test_a_rigid_body_that_carries_the_hub_is_exact_at_the_hub() -> None:
     system = hub_system(2)
     rigid = real_modes(system).shapes[:, 0]
     # the hub's row decides: an error of eps / sqrt(m_hub) there would be 1e-12
     assert np.allclose(rigid / rigid[1], 1, rtol=1e-13)
 
 
-def test_unconnected_dofs_and_nothing_but_rigid_bodies():
+def test_unconnected_dofs_and_nothing_but_rigid_bodies() -> None:
     system = diagonal_system([1.0, 2.0, 4.0], np.diag([0.0, 8e6, 0.0]))
     modes = real_modes(system)
     assert modes.n_rigid == 2
@@ -222,7 +228,7 @@ def test_unconnected_dofs_and_nothing_but_rigid_bodies():
     assert poles(loose).natural_frequencies.tolist() == [0, 0]
 
 
-def test_repeated_modes():
+def test_repeated_modes() -> None:
     for kind in ("undamped", "proportional", "general"):
         one = random_system(np.random.default_rng(5), 6, beta=DAMPING[kind])
         copies = [np.kron(np.eye(3), m) for m in (one.mass, one.damping, one.stiffness)]
@@ -244,7 +250,7 @@ def test_repeated_modes():
 
 
 @pytest.mark.parametrize("grounded", [True, False])
-def test_poles_against_a_general_eigensolver(grounded):
+def test_poles_against_a_general_eigensolver(grounded: bool) -> None:
     system = random_system(
         np.random.default_rng(7), 8, grounded=grounded, beta=lambda rng: rng.uniform(0, 1e-5)
     )
@@ -268,7 +274,7 @@ def test_poles_against_a_general_eigensolver(grounded):
     assert np.allclose(ours.damping_ratios[-1], -expected[-1].real / abs(expected[-1]), rtol=1e-6)
 
 
-def test_damped_rigid_motion_stays_non_defective():
+def test_damped_rigid_motion_stays_non_defective() -> None:
     # two free bodies; a damper to ground on one of them, none on the other
     system = SecondOrderSystem(
         np.diag([2.0, 3.0, 1.0]),
@@ -286,7 +292,7 @@ def test_damped_rigid_motion_stays_non_defective():
     assert found.damping_ratios.tolist()[:3] == [0, 0, 1]
 
 
-def test_skew_damping_is_general_damping():
+def test_skew_damping_is_general_damping() -> None:
     system = random_system(np.random.default_rng(8), 5)
     spin = np.random.default_rng(9).standard_normal((5, 5)) * 100
     gyroscopic = SecondOrderSystem(
@@ -296,7 +302,7 @@ def test_skew_damping_is_general_damping():
     assert scaled_error(modal_frf(gyroscopic, lines), direct_frf(gyroscopic, lines)).max() < 1e-9
 
 
-def test_overdamped_pairs_are_two_real_poles():
+def test_overdamped_pairs_are_two_real_poles() -> None:
     system = SecondOrderSystem([[1.0]], [[2e4 + 0.02]], [[200.0 + 2e-4]], ("x",))
     low, high = poles(system).values
     # (s + 0.01)(s + 2e4 + ...) without cancellation in the small root
@@ -305,7 +311,7 @@ def test_overdamped_pairs_are_two_real_poles():
     assert poles(system).damping_ratios == pytest.approx([1, 1])
 
 
-def test_one_dof_critically_damped_is_proportional_and_fine():
+def test_one_dof_critically_damped_is_proportional_and_fine() -> None:
     system = SecondOrderSystem([[1.0]], [[2e3]], [[1e6]], ("x",))
     assert modal_frf(system, [0.0, 100.0]).values == pytest.approx(
         direct_frf(system, [0.0, 100.0]).values, rel=1e-14
@@ -313,7 +319,7 @@ def test_one_dof_critically_damped_is_proportional_and_fine():
     assert poles(system).values.tolist() == [-1000, -1000]
 
 
-def test_defective_modes_are_named():
+def test_defective_modes_are_named() -> None:
     # modal damping [[2 w, e], [e, 2 w']] with the first mode critical and e -> small coupling
     system = SecondOrderSystem(
         np.eye(2), np.array([[2e3, 1e-3], [1e-3, 10.0]]), np.diag([1e6, 9e6]), ("a", "b")
@@ -323,7 +329,7 @@ def test_defective_modes_are_named():
     direct_frf(system, [10.0])
 
 
-def test_singular_lines_are_named():
+def test_singular_lines_are_named() -> None:
     system = random_system(np.random.default_rng(10), 5, grounded=False)
     with pytest.raises(SingularLineError, match=r"1 line \(0 Hz\)") as caught:
         modal_frf(system, frequency_axis(0, 100, 10))
@@ -341,7 +347,7 @@ def test_singular_lines_are_named():
 
 @pytest.mark.parametrize("kind", ["undamped", "proportional", "general"])
 @pytest.mark.parametrize("quantity", ["mobility", "accelerance"])
-def test_quantities_and_derived_labels(kind, quantity):
+def test_quantities_and_derived_labels(kind: str, quantity: str) -> None:
     system = random_system(
         np.random.default_rng(11), 4, beta=DAMPING[kind], derived={"hub": ("x2", -1.5)}
     )
@@ -354,7 +360,7 @@ def test_quantities_and_derived_labels(kind, quantity):
     assert one.values.strides[0] == 16
 
 
-def test_modes_can_be_given_and_truncated():
+def test_modes_can_be_given_and_truncated() -> None:
     system = random_system(np.random.default_rng(12), 6, grounded=False, beta=DAMPING["general"])
     lines = [50.0, 500.0]
     full = modal_frf(system, lines)
@@ -370,7 +376,7 @@ def test_modes_can_be_given_and_truncated():
         modal_frf(random_system(np.random.default_rng(0), 6, "y"), lines, modes=modes)
 
 
-def test_a_noisy_stiffness_keeps_its_rigid_body_with_a_tolerance():
+def test_a_noisy_stiffness_keeps_its_rigid_body_with_a_tolerance() -> None:
     system = random_system(np.random.default_rng(13), 6, grounded=False)
     noise = np.random.default_rng(14).standard_normal((6, 6))
     noisy = SecondOrderSystem(
@@ -386,7 +392,9 @@ def test_a_noisy_stiffness_keeps_its_rigid_body_with_a_tolerance():
 
 @settings(max_examples=100, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(2, 12), st.integers(0, 4), st.floats(-14, -1))
-def test_the_lowest_eigenvalue_decides_whether_a_stiffness_is_definite(seed, n, missing, exponent):
+def test_the_lowest_eigenvalue_decides_whether_a_stiffness_is_definite(
+    seed: int, n: int, missing: Any, exponent: Any
+) -> None:
     # of rank n - missing, then one direction pushed below zero; the factorisation must not miss it
     rng = np.random.default_rng(seed)
     factor = rng.standard_normal((max(1, n - missing), n))
@@ -404,7 +412,7 @@ def test_the_lowest_eigenvalue_decides_whether_a_stiffness_is_definite(seed, n, 
         real_modes(system)
 
 
-def test_stiffness_and_mass_are_refused_by_name():
+def test_stiffness_and_mass_are_refused_by_name() -> None:
     with pytest.raises(IndefiniteStiffnessError, match=r"eigenvalue -0\.5, mostly motion of 'x"):
         real_modes(diagonal_system([1, 1], [[1e6, 1.5e6], [1.5e6, 1e6]]))
     with pytest.raises(IndefiniteStiffnessError, match="mostly motion of 'x1'"):
@@ -418,4 +426,6 @@ def test_stiffness_and_mass_are_refused_by_name():
     with pytest.raises(IndefiniteMassError, match=r"lowest eigenvalue is -0\.5"):
         real_modes(SecondOrderSystem([[1, 1.5], [1.5, 1]], np.zeros((2, 2)), np.eye(2), ("a", "b")))
     with pytest.raises(IndefiniteMassError, match="not symmetric"):
-        real_modes(SecondOrderSystem([[1, 0.5], [0, 1]], np.zeros((2, 2)), np.eye(2), ("a", "b")))
+        real_modes(
+            SecondOrderSystem([[1.0, 0.5], [0.0, 1.0]], np.zeros((2, 2)), np.eye(2), ("a", "b"))
+        )

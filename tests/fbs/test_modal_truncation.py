@@ -1,7 +1,10 @@
 """Truncated modes: residuals against the sum over the left-out modes, and their order."""
 
+from __future__ import annotations
+
 import pickle
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +14,7 @@ from hypothesis import strategies as st
 from fbs import (
     AxisMismatchError,
     FbsError,
+    Frf,
     Joint,
     SecondOrderSystem,
     couple,
@@ -29,12 +33,12 @@ from validation.routes import equations
 seeds = st.integers(0, 2**32 - 1)
 
 
-def with_full_mass(system, rng):
+def with_full_mass(system: SecondOrderSystem, rng: np.random.Generator) -> Any:
     spread = rng.standard_normal(system.mass.shape)
     return replace(system, mass=system.mass + 0.1 * spread @ spread.T)
 
 
-def random_case(seed, n, grounded, full_mass=False):
+def random_case(seed: int, n: int, grounded: Any, full_mass: bool = False) -> Any:
     """A system, its modes and a random mask of those kept, rigid-body modes among them."""
     rng = np.random.default_rng(seed)
     system = random_system(rng, n, grounded=grounded)
@@ -46,13 +50,13 @@ def random_case(seed, n, grounded, full_mass=False):
     return rng, system, modes, keep
 
 
-def left_out_sum(modes, keep, power):
+def left_out_sum(modes: Any, keep: Any, power: Any) -> Any:
     """Sum over the left-out modes of phi phi^T / w^(2 power)."""
     shapes, omega = modes.shapes[:, ~keep], modes.angular_frequency[~keep]
     return (shapes / omega ** (2 * power)) @ shapes.T
 
 
-def by_diagonal(matrix, scale):
+def by_diagonal(matrix: Any, scale: Any) -> Any:
     """|matrix_ij| / sqrt(scale_ii scale_jj): the largest."""
     root = np.sqrt(np.diag(scale))
     return np.abs(matrix / np.outer(root, root)).max()
@@ -60,7 +64,9 @@ def by_diagonal(matrix, scale):
 
 @settings(max_examples=60, deadline=None)
 @given(seeds, st.integers(2, 14), st.booleans(), st.booleans())
-def test_residuals_are_the_sum_over_the_left_out_modes(seed, n, grounded, full_mass):
+def test_residuals_are_the_sum_over_the_left_out_modes(
+    seed: int, n: int, grounded: Any, full_mass: Any
+) -> None:
     _, system, modes, keep = random_case(seed, n, grounded, full_mass)
     truncated = truncate(system, keep, residual_order=3)
     assert len(truncated.residuals) == 4
@@ -80,14 +86,14 @@ def test_residuals_are_the_sum_over_the_left_out_modes(seed, n, grounded, full_m
         assert by_diagonal(residual - expected, scale) < 1e-11
 
 
-def in_mass_metric(difference, system, size):
+def in_mass_metric(difference: Any, system: SecondOrderSystem, size: Any) -> Any:
     """|dR_ij| sqrt(m_i m_j) / size: against a mode of unit modal mass, wherever it moves."""
     return by_diagonal(difference, np.diag(1 / np.diag(system.mass))) / size
 
 
 @pytest.mark.parametrize("grounded", [True, False])
 @pytest.mark.parametrize("seed", range(5))
-def test_the_hub_mode_alone_has_digits_of_its_own(seed, grounded):
+def test_the_hub_mode_alone_has_digits_of_its_own(seed: int, grounded: bool) -> None:
     system = hub_system(seed, grounded=grounded)
     modes = real_modes(system)
     keep = np.arange(22) < 21
@@ -111,7 +117,9 @@ def test_the_hub_mode_alone_has_digits_of_its_own(seed, grounded):
 
 @settings(max_examples=20, deadline=None)
 @given(seeds, st.integers(2, 10), st.booleans())
-def test_inertia_relief_does_not_depend_on_where_the_system_is_held(seed, n, full_mass):
+def test_inertia_relief_does_not_depend_on_where_the_system_is_held(
+    seed: int, n: int, full_mass: Any
+) -> None:
     # the textbook form: A = P K_held^-1 P^T, P = I - Phi_rigid Phi_rigid^T M, any DoF held
     rng = np.random.default_rng(seed)
     system = random_system(rng, n, grounded=False)
@@ -138,7 +146,9 @@ def test_inertia_relief_does_not_depend_on_where_the_system_is_held(seed, n, ful
     st.sampled_from([0.0, 10.0]),
     st.integers(0, 3),
 )
-def test_the_error_of_every_order_mode_by_mode(seed, n, grounded, eta, beta, alpha, order):
+def test_the_error_of_every_order_mode_by_mode(
+    seed: int, n: int, grounded: Any, eta: Any, beta: Any, alpha: Any, order: int
+) -> None:
     # a geometric series cut after order p is wrong by (v / (mu w_r^2))^(p+1) of its sum
     rng, system, modes, keep = random_case(seed, n, grounded)
     damping = alpha * system.mass + beta * system.stiffness
@@ -166,7 +176,9 @@ def test_the_error_of_every_order_mode_by_mode(seed, n, grounded, eta, beta, alp
 
 @settings(max_examples=30, deadline=None)
 @given(seeds, st.integers(3, 12), st.booleans())
-def test_each_order_gains_the_square_of_the_frequency_ratio(seed, n, grounded):
+def test_each_order_gains_the_square_of_the_frequency_ratio(
+    seed: int, n: int, grounded: Any
+) -> None:
     _, system, modes, _ = random_case(seed, n, grounded)
     keep = np.arange(n) < max(n // 2, modes.n_rigid)
     first = modes.natural_frequencies[~keep][0]
@@ -186,7 +198,7 @@ def test_each_order_gains_the_square_of_the_frequency_ratio(seed, n, grounded):
 
 
 @pytest.mark.parametrize("order", [None, 0, 2])
-def test_all_modes_kept_is_the_full_sum(order):
+def test_all_modes_kept_is_the_full_sum(order: int | None) -> None:
     system = replace(hub_system(4), loss_factor=0.01)
     lines = frequency_axis(10, 4000, 10)
     truncated = truncate(system, slice(None), order)
@@ -194,7 +206,7 @@ def test_all_modes_kept_is_the_full_sum(order):
     assert scaled_error(found, modal_frf(system, lines)).max() < 1e-14
 
 
-def test_no_mode_kept_is_the_static_flexibility():
+def test_no_mode_kept_is_the_static_flexibility() -> None:
     system = replace(random_system(np.random.default_rng(1), 5), loss_factor=0.1)
     statics = truncate(system, [], residual_order=0)
     assert statics.kept.angular_frequency.size == 0
@@ -204,14 +216,14 @@ def test_no_mode_kept_is_the_static_flexibility():
     assert not modal_frf(system, [7.0], modes=truncate(system, [])).values.any()
 
 
-def test_any_order_is_exact_at_zero_frequency():
+def test_any_order_is_exact_at_zero_frequency() -> None:
     system = replace(random_system(np.random.default_rng(2), 6), loss_factor=0.01)
     for order in (0, 1):
         found = modal_frf(system, [0.0], modes=truncate(system, [0, 3], order))
         assert scaled_error(found, direct_frf(system, [0.0])).max() < 1e-12
 
 
-def test_without_residuals_the_modes_are_merely_missing():
+def test_without_residuals_the_modes_are_merely_missing() -> None:
     system = random_system(np.random.default_rng(3), 6, beta=lambda rng: rng.uniform(1e-7, 1e-6))
     modes = real_modes(system)
     keep = [0, 1, 4]
@@ -220,7 +232,7 @@ def test_without_residuals_the_modes_are_merely_missing():
     assert np.array_equal(found.values, expected.values)
 
 
-def test_the_lowest_modes_are_enough():
+def test_the_lowest_modes_are_enough() -> None:
     system = hub_system(5)
     modes = real_modes(system)
     lowest = truncate(system, slice(None), 2, modes.truncated(slice(0, 9)))
@@ -231,7 +243,7 @@ def test_the_lowest_modes_are_enough():
         assert np.array_equal(one, other)
 
 
-def test_slices_indices_and_masks_mean_the_same():
+def test_slices_indices_and_masks_mean_the_same() -> None:
     system = random_system(np.random.default_rng(6), 6)
     mask = np.array([True, True, False, True, False, False])
     truncated = [truncate(system, keep, 0) for keep in (mask, [0, 1, 3], mask.tolist())]
@@ -240,7 +252,7 @@ def test_slices_indices_and_masks_mean_the_same():
     assert truncate(system, slice(0, 2)).kept.angular_frequency.size == 2
 
 
-def test_quantities_derived_labels_and_parts():
+def test_quantities_derived_labels_and_parts() -> None:
     system = random_system(np.random.default_rng(7), 5, derived={"hub": ("x2", -1.5)})
     system = replace(system, loss_factor=0.02)
     truncated = truncate(system, slice(0, 2), residual_order=1)
@@ -254,7 +266,7 @@ def test_quantities_derived_labels_and_parts():
     assert np.allclose(receptance.between("hub", "hub"), 2.25 * x2, rtol=1e-13)
 
 
-def test_truncated_modes_are_frozen_and_travel():
+def test_truncated_modes_are_frozen_and_travel() -> None:
     truncated = truncate(random_system(np.random.default_rng(8), 4), slice(0, 2), 1)
     with pytest.raises(ValueError, match="read-only"):
         truncated.residuals[0][0, 0] = 1.0
@@ -263,7 +275,7 @@ def test_truncated_modes_are_frozen_and_travel():
     assert truncated.dofs == ("x0", "x1", "x2", "x3")
 
 
-def test_what_has_no_residual_is_refused_by_name():
+def test_what_has_no_residual_is_refused_by_name() -> None:
     free = random_system(np.random.default_rng(9), 5, grounded=False)
     with pytest.raises(FbsError, match=r"0 of 1 rigid-body modes are kept.*need all of them"):
         truncate(free, slice(1, None), residual_order=0)
@@ -290,7 +302,7 @@ def test_what_has_no_residual_is_refused_by_name():
 
 @settings(max_examples=40, deadline=None)
 @given(seeds, st.sampled_from([0.0, 1e-9, 1e-6]), st.sampled_from([0.0, 1.0, 100.0]))
-def test_rayleigh_coefficients_are_found_again(seed, beta, alpha):
+def test_rayleigh_coefficients_are_found_again(seed: int, beta: Any, alpha: Any) -> None:
     system = hub_system(seed, n=8)
     damping = alpha * system.mass + beta * system.stiffness
     found = rayleigh_coefficients(replace(system, damping=damping))
@@ -300,7 +312,7 @@ def test_rayleigh_coefficients_are_found_again(seed, beta, alpha):
     assert found[0] == pytest.approx(alpha, rel=1e-9, abs=1e-9 * beta * 1e9)
 
 
-def test_other_damping_has_no_rayleigh_coefficients():
+def test_other_damping_has_no_rayleigh_coefficients() -> None:
     system = random_system(np.random.default_rng(10), 4, beta=lambda rng: rng.uniform(0, 1e-5))
     assert rayleigh_coefficients(system) is None
     one_damper = np.zeros((4, 4))
@@ -310,7 +322,9 @@ def test_other_damping_has_no_rayleigh_coefficients():
     skew[0, 1], skew[1, 0] = 1.0, -1.0
     assert rayleigh_coefficients(replace(system, damping=skew)) is None
     single = SecondOrderSystem([[2.0]], [[3.0]], [[5.0]], ("x",))
-    alpha, beta = rayleigh_coefficients(single)
+    found = rayleigh_coefficients(single)
+    assert found is not None
+    alpha, beta = found
     assert alpha * 2.0 + beta * 5.0 == pytest.approx(3.0, rel=1e-14)
 
 
@@ -330,7 +344,7 @@ class PlanetaryStage:
     (2.24e-8 kg), loss factor 1 % in both.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         drivetrain = load("paper")
         self.stage, reducer = (
             replace(equations.stage_system(drivetrain, name), loss_factor=0.01)
@@ -342,34 +356,34 @@ class PlanetaryStage:
         self.above = self.modes.natural_frequencies > LIMIT
         self.hub = np.arange(self.above.size) == self.above.size - 1
         self.exact = self.coupled(self.modes)
-        self.known = {}
+        self.known: dict[Any, Any] = {}
 
-    def coupled(self, modes):
+    def coupled(self, modes: Any) -> Any:
         planetary = modal_frf(self.stage, self.axis, modes=modes)
         joint = Joint(("reducer", "coupling.w"), ("planetary", "coupling.w"))
         return couple({"reducer": self.reducer, "planetary": planetary}, [joint]).frf
 
-    def cut(self, order=None, hub_kept=False):
+    def cut(self, order: Any = None, hub_kept: bool = False) -> Any:
         if (order, hub_kept) not in self.known:
             keep = ~self.above | (self.hub & hub_kept)
             modes = truncate(self.stage, keep, order, self.modes)
             self.known[order, hub_kept] = self.coupled(modes)
         return self.known[order, hub_kept]
 
-    def worst_db(self, frf, pair):
+    def worst_db(self, frf: Frf, pair: Any) -> Any:
         difference = metrics.decibel_difference(self.exact.between(*pair), frf.between(*pair))
         return np.abs(difference).max()
 
-    def scaled(self, frf):
+    def scaled(self, frf: Frf) -> Any:
         return metrics.scaled_error(self.exact.values, frf.values).max(axis=(1, 2))
 
 
 @pytest.fixture(scope="module")
-def planetary():
+def planetary() -> Any:
     return PlanetaryStage()
 
 
-def test_nine_modes_lie_above_the_band(planetary):
+def test_nine_modes_lie_above_the_band(planetary: Any) -> None:
     assert planetary.above.sum() == 9
     assert planetary.modes.natural_frequencies[planetary.above][0] == pytest.approx(5963.8, abs=0.1)
     hub_shape = planetary.modes.shapes[:, planetary.hub]
@@ -388,7 +402,9 @@ def test_nine_modes_lie_above_the_band(planetary):
         (True, SUN_U, 5, 1),
     ],
 )
-def test_leaving_modes_out_without_a_residual(planetary, hub_kept, pair, expected, unit):
+def test_leaving_modes_out_without_a_residual(
+    planetary: Any, hub_kept: bool, pair: Any, expected: float, unit: float
+) -> None:
     frf = planetary.cut(hub_kept=hub_kept)
     assert planetary.worst_db(frf, pair) == pytest.approx(expected, abs=unit / 2)
     for each in FIVE:  # the usual measure sees none of it
@@ -397,13 +413,15 @@ def test_leaving_modes_out_without_a_residual(planetary, hub_kept, pair, expecte
 
 @pytest.mark.parametrize(("order", "allowed"), [(0, 0.5), (1, 0.1), (2, 0.02)])
 @pytest.mark.parametrize("hub_kept", [False, True])
-def test_residuals_bring_the_five_frfs_back(planetary, order, allowed, hub_kept):
+def test_residuals_bring_the_five_frfs_back(
+    planetary: Any, order: int, allowed: float, hub_kept: bool
+) -> None:
     frf = planetary.cut(order, hub_kept)
     assert max(planetary.worst_db(frf, pair) for pair in FIVE) <= allowed
 
 
 @pytest.mark.slow
-def test_all_frfs_gain_the_square_of_the_frequency_ratio_with_every_order(planetary):
+def test_all_frfs_gain_the_square_of_the_frequency_ratio_with_every_order(planetary: Any) -> None:
     # deep antiresonances of other FRFs stay tens of dB wrong: their exact value vanishes, while
     # the error against what the two DoFs do at that line falls with every order
     first = planetary.modes.natural_frequencies[planetary.above][0]

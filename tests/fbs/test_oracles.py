@@ -6,12 +6,16 @@ graphics and finite-element readers along, a gigabyte and some seconds of import
 dependencies: these tests run where they are installed and are skipped elsewhere.
 """
 
+from __future__ import annotations
+
 import os
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
 
-from fbs import Joint, couple, direct_frf, frequency_axis, modal_frf, real_modes
+from fbs import Joint, SecondOrderSystem, couple, direct_frf, frequency_axis, modal_frf, real_modes
 from tests.fbs.fbs_systems import random_system, scaled_error
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
@@ -19,29 +23,29 @@ pytestmark = pytest.mark.oracle
 AXIS = frequency_axis(20, 4000, 20)
 
 
-def stages(beta=lambda rng: rng.uniform(1e-7, 1e-5)):
+def stages(beta: Callable[..., Any] = lambda rng: rng.uniform(1e-7, 1e-5)) -> Any:
     rng = np.random.default_rng(21)
     return random_system(rng, 5, "a", beta=beta), random_system(rng, 6, "b", beta=beta)
 
 
 @pytest.fixture(scope="module")
-def sdynpy():
+def sdynpy() -> Any:
     return pytest.importorskip("sdynpy")
 
 
 @pytest.fixture(scope="module")
-def pyfbs_model():
+def pyfbs_model() -> Any:
     return pytest.importorskip("pyfbs.mck.mck").Model
 
 
-def as_sdynpy(sdynpy, system, first_node):
+def as_sdynpy(sdynpy: Any, system: SecondOrderSystem, first_node: Any) -> Any:
     nodes = np.arange(first_node, first_node + len(system.dofs))
     coordinates = sdynpy.coordinate_array(nodes, "X+")
     peer = sdynpy.System(coordinates, system.mass, system.stiffness, system.damping)
     return peer, coordinates
 
 
-def test_sdynpy_has_the_same_frfs(sdynpy):
+def test_sdynpy_has_the_same_frfs(sdynpy: Any) -> None:
     system, _ = stages()
     peer, coordinates = as_sdynpy(sdynpy, system, 1)
     frf = peer.frequency_response(AXIS, coordinates, coordinates)
@@ -51,7 +55,7 @@ def test_sdynpy_has_the_same_frfs(sdynpy):
     assert scaled_error(modal_frf(system, AXIS), expected).max() < 1e-11
 
 
-def test_sdynpy_couples_alike(sdynpy):
+def test_sdynpy_couples_alike(sdynpy: Any) -> None:
     a, b = stages()
     frfs = []
     for system, first in ((a, 1), (b, 101)):
@@ -71,7 +75,7 @@ def test_sdynpy_couples_alike(sdynpy):
     assert (scaled_error(coupled.frf, expected) <= 1e-12 * coupled.kernel_condition).all()
 
 
-def test_pyfbs_has_the_same_modes_and_frfs(pyfbs_model):
+def test_pyfbs_has_the_same_modes_and_frfs(pyfbs_model: Any) -> None:
     system, _ = stages(beta=lambda rng: 0.0)
     expected, _, _ = pyfbs_model.eig_solve(system.mass, system.stiffness, 4)
     # its w^2 carry the largest one's round-off, 1e2 times the lowest here

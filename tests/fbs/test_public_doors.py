@@ -157,7 +157,8 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
 
 FEW: list[Any] = [
     None, 3, -1, float("nan"), float("inf"), "x", b"x", [], {}, {"a", "b"}, object(), True,
-    np.ma.masked_array([1.0, 2.0, 3.0], [0, 1, 0]), np.array(["2020"], dtype="datetime64[D]"),
+    np.ma.masked_array([1.0, 2.0, 3.0], [False, True, False]),
+    np.array(["2020"], dtype="datetime64[D]"),
     np.array([1 + 1j, 2, 3]), [[1], [2, 3]], [None], ("a",), {"a": 1}, FRF, SYSTEM,
 ]  # fmt: skip
 MORE: list[Any] = [

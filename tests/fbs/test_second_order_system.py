@@ -1,7 +1,10 @@
 """Direct FRFs against closed forms and physics."""
 
+from __future__ import annotations
+
 import pickle
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,11 +25,11 @@ from fbs import (
 from tests.fbs.fbs_systems import hub_system, long_double_frf, random_system, scaled_error
 
 
-def one_dof(m=2.0, c=0.0, k=8e6):
+def one_dof(m: float = 2.0, c: float = 0.0, k: float = 8e6) -> Any:
     return SecondOrderSystem([[m]], [[c]], [[k]], ("x",))
 
 
-def test_one_dof_closed_form():
+def test_one_dof_closed_form() -> None:
     axis = frequency_axis(0, 2000, 10)
     w = 2 * np.pi * axis
     # a handful of roundings; w^2 m and k cancel by a factor of at most 20 on this axis
@@ -34,7 +37,7 @@ def test_one_dof_closed_form():
     assert np.allclose(direct_frf(one_dof(c=50), axis).values[:, 0, 0], expected, rtol=1e-14)
 
 
-def test_one_dof_with_a_loss_factor():
+def test_one_dof_with_a_loss_factor() -> None:
     axis = frequency_axis(0, 2000, 10)
     w = 2 * np.pi * axis
     system = replace(one_dof(c=50), loss_factor=0.02)
@@ -45,7 +48,9 @@ def test_one_dof_with_a_loss_factor():
 
 @settings(max_examples=30, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 10), st.floats(1e-4, 1.0), st.booleans())
-def test_a_loss_factor_is_a_damper_that_weakens_with_frequency(seed, n, eta, damped):
+def test_a_loss_factor_is_a_damper_that_weakens_with_frequency(
+    seed: int, n: int, eta: Any, damped: Any
+) -> None:
     # j eta K = j w C with C = eta K / w, one line at a time
     rng = np.random.default_rng(seed)
     system = random_system(rng, n, beta=lambda rng: rng.uniform(0, 1e-5) if damped else 0.0)
@@ -60,14 +65,14 @@ def test_a_loss_factor_is_a_damper_that_weakens_with_frequency(seed, n, eta, dam
         assert error.max() < 1e-9
 
 
-def test_a_lossy_system_near_a_massless_hub_against_extended_precision():
+def test_a_lossy_system_near_a_massless_hub_against_extended_precision() -> None:
     system = replace(hub_system(1, n=15, grounded=True), loss_factor=0.01)
     for line in (1.0, 50.0, 15000.0):
         error = scaled_error(direct_frf(system, [line]).values[0], long_double_frf(system, line))
         assert error < 1e-10  # eps cond(Z)
 
 
-def test_the_loss_factor_is_checked_and_kept():
+def test_the_loss_factor_is_checked_and_kept() -> None:
     system = random_system(np.random.default_rng(0), 3, derived={"hub": ("x1", 2.0)})
     assert system.loss_factor == 0.0
     assert system.undamped
@@ -86,7 +91,7 @@ def test_the_loss_factor_is_checked_and_kept():
         )
 
 
-def test_two_dof_closed_form():
+def test_two_dof_closed_form() -> None:
     m1, m2, k1, k2 = 1.0, 3.0, 1e6, 4e6
     system = SecondOrderSystem(
         np.diag([m1, m2]), np.zeros((2, 2)), [[k1 + k2, -k2], [-k2, k2]], ("a", "b")
@@ -99,7 +104,7 @@ def test_two_dof_closed_form():
     assert np.allclose(direct_frf(system, axis).values, expected.transpose(2, 0, 1), rtol=1e-12)
 
 
-def test_free_free_pair_of_masses():
+def test_free_free_pair_of_masses() -> None:
     m, k = 2.0, 5e6
     system = SecondOrderSystem(np.diag([m, m]), np.zeros((2, 2)), [[k, -k], [-k, k]], ("a", "b"))
     axis = frequency_axis(5, 1000, 5)
@@ -112,7 +117,7 @@ def test_free_free_pair_of_masses():
 
 
 @pytest.mark.parametrize("damping", [0.0, 1.0])
-def test_a_nonsymmetric_matrix_proves_the_index_order(damping):
+def test_a_nonsymmetric_matrix_proves_the_index_order(damping: float) -> None:
     # f_b acts on equation b; u_a = K^-1[a, b] f_b and K^-1[b, a] = 0
     stiffness = np.array([[2.0, 1.0], [0.0, 4.0]])
     system = SecondOrderSystem(np.zeros((2, 2)), damping * np.eye(2), stiffness, ("a", "b"))
@@ -131,7 +136,9 @@ def test_a_nonsymmetric_matrix_proves_the_index_order(damping):
     ("responses", "excitations"),
     [(None, None), (["x3"], None), (None, ["x1", "x4"]), (["x2", "hub"], ["x2", "x0", "x5"])],
 )
-def test_parts_and_blocks_agree_with_the_whole(beta, responses, excitations):
+def test_parts_and_blocks_agree_with_the_whole(
+    beta: float, responses: list[str] | None, excitations: list[str] | None
+) -> None:
     rng = np.random.default_rng(1)
     system = random_system(rng, 6, beta=lambda rng: beta, derived={"hub": ("x2", 1.5)})
     axis = frequency_axis(10, 3000, 10)
@@ -144,7 +151,7 @@ def test_parts_and_blocks_agree_with_the_whole(beta, responses, excitations):
         assert part.values.strides[0] == 16  # frequency-contiguous
 
 
-def test_derived_labels_are_a_factor_times_their_dof():
+def test_derived_labels_are_a_factor_times_their_dof() -> None:
     rng = np.random.default_rng(2)
     system = random_system(rng, 3, derived={"hub": ("x1", -2.0)})
     frf = direct_frf(system, [100.0])
@@ -154,7 +161,7 @@ def test_derived_labels_are_a_factor_times_their_dof():
     assert frf.between("hub", "hub")[0] == 4 * frf.between("x1", "x1")[0]
 
 
-def test_quantities():
+def test_quantities() -> None:
     axis = [10.0, 20.0]
     system = random_system(np.random.default_rng(3), 3)
     receptance = direct_frf(system, axis)
@@ -166,7 +173,7 @@ def test_quantities():
 
 @settings(max_examples=25, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 8), st.booleans())
-def test_reciprocity_and_passivity(seed, n, grounded):
+def test_reciprocity_and_passivity(seed: int, n: int, grounded: Any) -> None:
     system = random_system(
         np.random.default_rng(seed), n, grounded=grounded, beta=lambda rng: rng.uniform(0, 1e-5)
     )
@@ -178,7 +185,7 @@ def test_reciprocity_and_passivity(seed, n, grounded):
 
 
 @pytest.mark.parametrize("beta", [0.0, 1e-6])
-def test_near_massless_hub_against_extended_precision(beta):
+def test_near_massless_hub_against_extended_precision(beta: float) -> None:
     system = hub_system(0, grounded=True, beta=lambda rng: beta)
     for line in (1.0, 100.0, 15000.0):
         reference = long_double_frf(system, line)
@@ -187,7 +194,7 @@ def test_near_massless_hub_against_extended_precision(beta):
 
 
 @pytest.mark.parametrize("damped", [False, True])
-def test_a_free_system_is_singular_at_zero_hertz(damped):
+def test_a_free_system_is_singular_at_zero_hertz(damped: bool) -> None:
     for seed in range(10):
         system = random_system(
             np.random.default_rng(seed), 7, grounded=False, beta=lambda rng: 1e-6 * damped
@@ -198,14 +205,14 @@ def test_a_free_system_is_singular_at_zero_hertz(damped):
         assert pickle.loads(pickle.dumps(caught.value)).frequencies.tolist() == [0.0]
 
 
-def test_an_exactly_singular_matrix_is_found_per_line():
+def test_an_exactly_singular_matrix_is_found_per_line() -> None:
     system = SecondOrderSystem(np.eye(2), np.zeros((2, 2)), np.diag([0.0, 1e6]), ("a", "b"))
     with pytest.raises(SingularLineError) as caught:
         direct_frf(system, frequency_axis(0, 50, 10))
     assert caught.value.frequencies.tolist() == [0.0]
 
 
-def test_lines_on_a_pole_are_singular_and_lines_near_it_are_not():
+def test_lines_on_a_pole_are_singular_and_lines_near_it_are_not() -> None:
     system = random_system(np.random.default_rng(4), 12)
     natural = real_modes(system).natural_frequencies
     with pytest.raises(SingularLineError) as caught:
@@ -217,7 +224,7 @@ def test_lines_on_a_pole_are_singular_and_lines_near_it_are_not():
         direct_frf(system, natural * (1 + distance))
 
 
-def test_bad_systems_are_refused_by_name():
+def test_bad_systems_are_refused_by_name() -> None:
     eye, zero = np.eye(2), np.zeros((2, 2))
     with pytest.raises(FbsError, match=r"mass matrix has shape \(1, 1\)"):
         SecondOrderSystem([[1.0]], zero, eye, ("a", "b"))
@@ -241,7 +248,7 @@ def test_bad_systems_are_refused_by_name():
         direct_frf(one_dof(), [1.0], block=0)
 
 
-def test_systems_travel_between_processes():
+def test_systems_travel_between_processes() -> None:
     system = random_system(np.random.default_rng(0), 2, derived={"hub": ("x0", 2.0)})
     copy = pickle.loads(pickle.dumps(system))
     assert np.array_equal(copy.stiffness, system.stiffness)

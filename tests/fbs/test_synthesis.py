@@ -1,5 +1,9 @@
 """The method is chosen by its cost, says so, and gives the same FRFs as the direct solution."""
 
+from __future__ import annotations
+
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -28,7 +32,7 @@ DAMPING = {
 }
 
 
-def critical():
+def critical() -> Any:
     """A pair of equal real poles: no two eigenvectors belong to them."""
     return SecondOrderSystem(
         np.eye(2), np.array([[2e3, 1e-3], [1e-3, 10.0]]), np.diag([1e6, 9e6]), ("a", "b")
@@ -38,7 +42,7 @@ def critical():
 @pytest.mark.parametrize("kind", list(DAMPING))
 @pytest.mark.parametrize("grounded", [True, False])
 @pytest.mark.parametrize("quantity", ["receptance", "accelerance"])
-def test_schur_is_direct(kind, grounded, quantity):
+def test_schur_is_direct(kind: Any, grounded: bool, quantity: str) -> None:
     for system in (
         random_system(np.random.default_rng(1), 8, grounded=grounded, beta=DAMPING[kind]),
         hub_system(1, grounded=grounded, beta=DAMPING[kind]),
@@ -51,7 +55,7 @@ def test_schur_is_direct(kind, grounded, quantity):
             assert np.allclose(part, expected.select(rows, columns).values, rtol=1e-7, atol=0)
 
 
-def test_schur_takes_critical_damping():
+def test_schur_takes_critical_damping() -> None:
     system = critical()
     lines = [10.0, 159.0, 477.0]
     expected = np.array([long_double_frf(system, f) for f in lines])
@@ -59,7 +63,7 @@ def test_schur_takes_critical_damping():
     assert scaled_error(schur_frf(system, lines), expected).max() < 1e-13
 
 
-def test_schur_with_many_states_a_loss_factor_and_derived_labels():
+def test_schur_with_many_states_a_loss_factor_and_derived_labels() -> None:
     base = random_system(np.random.default_rng(2), 40, beta=DAMPING["general"])
     system = SecondOrderSystem(
         base.mass, base.damping, base.stiffness, base.dofs, {"hub": ("x2", -1.5)}, 0.02
@@ -69,7 +73,7 @@ def test_schur_with_many_states_a_loss_factor_and_derived_labels():
     assert np.allclose(frf.values, expected.values, rtol=1e-9, atol=0)
 
 
-def test_schur_names_singular_lines():
+def test_schur_names_singular_lines() -> None:
     system = random_system(np.random.default_rng(10), 5, grounded=False)
     with pytest.raises(SingularLineError, match=r"1 line \(0 Hz\)"):
         schur_frf(system, frequency_axis(0, 100, 10))
@@ -87,7 +91,7 @@ def test_schur_names_singular_lines():
         ("general", Method.COMPLEX_MODES),
     ],
 )
-def test_the_cheapest_that_applies(kind, expected):
+def test_the_cheapest_that_applies(kind: str, expected: Any) -> None:
     system = random_system(np.random.default_rng(3), 20, beta=DAMPING[kind])
     for labels in (None, ["x1"]):
         made = synthesize(system, AXIS, labels, labels)
@@ -101,13 +105,13 @@ def test_the_cheapest_that_applies(kind, expected):
         assert "operations" in made.reason
 
 
-def test_every_cheaper_method_refused_is_named():
+def test_every_cheaper_method_refused_is_named() -> None:
     made = synthesize(random_system(np.random.default_rng(3), 20, beta=DAMPING["general"]), AXIS)
     assert list(made.refused) == [Method.MODAL]
     assert "modal does not apply (the damping is not proportional" in made.reason
 
 
-def test_ill_conditioned_modes_fall_back():
+def test_ill_conditioned_modes_fall_back() -> None:
     # one pair of 60 coordinates is critical: complex modes are cheapest, but no basis
     n = 60
     frequency = np.linspace(1e3, 5e3, n)
@@ -125,7 +129,7 @@ def test_ill_conditioned_modes_fall_back():
     assert np.allclose(made.frf.values, expected, rtol=1e-9, atol=0)
 
 
-def test_matrices_without_modes_are_solved_directly():
+def test_matrices_without_modes_are_solved_directly() -> None:
     lopsided = SecondOrderSystem(
         np.eye(30),
         np.zeros((30, 30)),
@@ -139,7 +143,7 @@ def test_matrices_without_modes_are_solved_directly():
     np.testing.assert_array_equal(made.frf.values, expected)
 
 
-def test_a_method_asked_for_is_used_or_refused():
+def test_a_method_asked_for_is_used_or_refused() -> None:
     system = random_system(np.random.default_rng(4), 6, beta=DAMPING["proportional"])
     expected = direct_frf(system, AXIS)
     for method in Method:
@@ -158,7 +162,7 @@ def test_a_method_asked_for_is_used_or_refused():
         synthesize(system, AXIS, method="fast")
 
 
-def test_bad_input_is_no_reason_to_fall_back():
+def test_bad_input_is_no_reason_to_fall_back() -> None:
     system = random_system(np.random.default_rng(4), 6)
     with pytest.raises(UnknownDofError):
         synthesize(system, AXIS, ["nowhere"])
@@ -169,7 +173,7 @@ def test_bad_input_is_no_reason_to_fall_back():
         synthesize(system, [10.0, pole])
 
 
-def test_costs_are_the_counts_they_claim():
+def test_costs_are_the_counts_they_claim() -> None:
     system = random_system(np.random.default_rng(5), 10, beta=DAMPING["general"])
     one, all_ = ("x1",), system.labels
     pair = costs(system, 100, one, ("x2",))

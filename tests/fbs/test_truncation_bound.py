@@ -1,7 +1,10 @@
 """Bounds of truncated parts, alone and coupled, against FRFs by other ways."""
 
+from __future__ import annotations
+
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -45,7 +48,9 @@ OSCILLATORS = SecondOrderSystem(
     st.floats(0.0, 0.3), st.just(0.0) | st.floats(1e-6, 3.0), st.just(0.0) | st.floats(1e-6, 0.5),
     st.floats(0.0, 1.0), st.floats(0.0, 1.0),
 )  # fmt: skip
-def test_series_and_disc_enclose_the_function(loss, reach, tilt, share, other):
+def test_series_and_disc_enclose_the_function(
+    loss: Any, reach: Any, tilt: Any, share: Any, other: Any
+) -> None:
     mu, v = np.array([1 + 1j * loss]), np.array([reach - 1j * tilt * reach])
     found = enclosed(mu, v, 1.0)
     t = np.unique([0.0, share, other, share * other, 1.0])
@@ -61,7 +66,7 @@ def test_series_and_disc_enclose_the_function(loss, reach, tilt, share, other):
     assert (np.abs(exact) <= found.largest * (1 + 1e-12)).all()
 
 
-def test_one_left_out_mode_is_known_by_statics():
+def test_one_left_out_mode_is_known_by_statics() -> None:
     lines = np.array([0.0, 5.0, 50.0, 120.0])
     for order in (None, 0, 1):
         part = TruncatedPart.of(OSCILLATORS, [0], order)
@@ -75,7 +80,7 @@ def test_one_left_out_mode_is_known_by_statics():
         assert not found.reason.any()
 
 
-def test_no_bound_from_the_first_left_out_mode_on_undamped():
+def test_no_bound_from_the_first_left_out_mode_on_undamped() -> None:
     first = 1e3 / (2 * np.pi)
     lines = np.array([0.5, 0.99, 1.0, 1.5]) * first
     part = TruncatedPart.of(OSCILLATORS, [0], 0)
@@ -92,7 +97,7 @@ def test_no_bound_from_the_first_left_out_mode_on_undamped():
     assert (error <= found.bound).all()
 
 
-def check_trial(seed, lines, dofs=12):
+def check_trial(seed: int, lines: Any, dofs: int = 12) -> Any:
     trial = Trial.of(np.random.default_rng(seed), lines, dofs)
     found = trial.bounded()
     error = np.abs(found.frf.values - trial.exact).astype(float)
@@ -101,12 +106,12 @@ def check_trial(seed, lines, dofs=12):
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_no_random_drivetrain_breaks_its_bound(seed):
+def test_no_random_drivetrain_breaks_its_bound(seed: int) -> None:
     check_trial(seed, 40, 6)
 
 
 @pytest.mark.slow
-def test_two_hundred_random_drivetrains_keep_their_bounds_and_use_them():
+def test_two_hundred_random_drivetrains_keep_their_bounds_and_use_them() -> None:
     ratios = []
     for seed in range(20_000, 20_200):
         found, error = check_trial(seed, 200)
@@ -119,7 +124,7 @@ def test_two_hundred_random_drivetrains_keep_their_bounds_and_use_them():
     assert np.percentile(ratio, 95) < 50
 
 
-def test_a_chain_and_other_frfs_are_bounded_too():
+def test_a_chain_and_other_frfs_are_bounded_too() -> None:
     trial = Trial.of(np.random.default_rng(5), 40, stages=4, damping="hysteretic")
     found = trial.bounded()
     frfs = {
@@ -135,14 +140,14 @@ def test_a_chain_and_other_frfs_are_bounded_too():
         assert (error <= found.of(other)).all()
 
 
-def two_parts(order=0, loss=0.01, kept=6):
+def two_parts(order: int | None = 0, loss: float = 0.01, kept: int = 6) -> Any:
     rng = np.random.default_rng(11)
     one, two = (replace(random_system(rng, 9, prefix), loss_factor=loss) for prefix in "ab")
     parts = {n: TruncatedPart.of(s, slice(0, kept), order) for n, s in (("a", one), ("b", two))}
     return parts, [Joint(("a", "a8"), ("b", "b0"), 1e8, 10.0), Joint(("a", "a7"), ("b", "b1"))]
 
 
-def test_a_given_frf_is_taken_as_it_is():
+def test_a_given_frf_is_taken_as_it_is() -> None:
     parts, joints = two_parts()
     lines, ports = frequency_axis(50, 2000, 50), ["a0", "b4"]
     given = direct_frf(parts["b"].system, lines)
@@ -155,7 +160,7 @@ def test_a_given_frf_is_taken_as_it_is():
         bounded_frf({"a": parts["a"], "b": given.to("mobility")}, joints, lines, ports, ports)
 
 
-def test_the_bound_does_not_depend_on_the_units_of_a_dof():
+def test_the_bound_does_not_depend_on_the_units_of_a_dof() -> None:
     parts, joints = two_parts()
     lines, scale = frequency_axis(50, 2000, 50), 1e3
     found = bounded_frf(parts, joints, lines, ["a0"], ["b4"])
@@ -172,7 +177,7 @@ def test_the_bound_does_not_depend_on_the_units_of_a_dof():
     assert again.kernel == pytest.approx(found.kernel, rel=1e-6)
 
 
-def test_more_residuals_and_more_modes_leave_less():
+def test_more_residuals_and_more_modes_leave_less() -> None:
     lines = frequency_axis(50, 1500, 50)
     worst = [
         bounded_frf(two_parts(order)[0], two_parts()[1], lines, ["a0"], ["b4"])
@@ -191,7 +196,7 @@ def test_more_residuals_and_more_modes_leave_less():
     assert all(after < before for before, after in pairwise(modes))
 
 
-def test_where_left_out_modes_may_shift_a_resonance_to_the_line_there_is_no_bound():
+def test_where_left_out_modes_may_shift_a_resonance_to_the_line_there_is_no_bound() -> None:
     parts, joints = two_parts(None, loss=0.0, kept=3)
     limit = min(part.modes.series_limit for part in parts.values())
     lines = np.linspace(1.0, 0.99 * limit, 4000)
@@ -216,7 +221,7 @@ def test_where_left_out_modes_may_shift_a_resonance_to_the_line_there_is_no_boun
         assert signs[k] != signs[k + 1] or not (told[k] and told[k + 1])
 
 
-def test_what_cannot_be_guaranteed_is_said():
+def test_what_cannot_be_guaranteed_is_said() -> None:
     system = random_system(np.random.default_rng(3), 5)
     skew, indefinite = np.zeros((5, 5)), np.zeros((5, 5))
     skew[0, 1], skew[1, 0] = 5.0, -5.0
@@ -247,7 +252,7 @@ def test_what_cannot_be_guaranteed_is_said():
         bounded_frf({"part": general}, (), [10.0], ["x0"], ["x0"])
 
 
-def test_viscous_galerkin_is_that_of_modal_frf():
+def test_viscous_galerkin_is_that_of_modal_frf() -> None:
     system = random_system(np.random.default_rng(4), 8, beta=lambda rng: rng.uniform(1e-7, 1e-5))
     modes = truncate(system, slice(0, 4))
     lines = frequency_axis(50, 1500, 50)
@@ -256,7 +261,7 @@ def test_viscous_galerkin_is_that_of_modal_frf():
     assert np.abs(found.frf.values - galerkin.values).max() < 1e-12 * np.abs(galerkin.values).max()
 
 
-def test_decibels_look_down():
+def test_decibels_look_down() -> None:
     assert decibels(np.array([0.0, 0.5, 1.0, 2.0, 0.0]), np.array([1.0, 1.0, 1.0, 1.0, 0.0])) == (
         pytest.approx([0.0, -20 * np.log10(0.5), np.inf, np.inf, 0.0])
     )
@@ -267,7 +272,7 @@ def test_decibels_look_down():
     )
 
 
-def test_bad_input_is_named():
+def test_bad_input_is_named() -> None:
     parts, joints = two_parts()
     with pytest.raises(UnknownDofError, match="the assembly has no degree of freedom 'zz'"):
         bounded_frf(parts, joints, [10.0], ["zz"], ["a0"])
@@ -279,7 +284,7 @@ def test_bad_input_is_named():
         bounded_frf(parts, [joints[1], joints[1]], [10.0], ["a0"], ["a0"])
 
 
-def test_light_coordinates_keep_their_digits():
+def test_light_coordinates_keep_their_digits() -> None:
     system = replace(hub_system(3), loss_factor=0.01)
     line, hub = 700.0, 0
     exact = long_double_frf(system, line)
@@ -289,14 +294,14 @@ def test_light_coordinates_keep_their_digits():
     assert np.median(error) < 1e-13
 
 
-def small_problem():
+def small_problem() -> Any:
     parts, joints = two_parts(kept=9)
     systems = {name: part.system for name, part in parts.items()}
     modes = real_modes(systems["a"]).natural_frequencies
     return systems, joints, [("a0", "a0"), ("b4", "a0")], np.linspace(20.0, modes[3], 60)
 
 
-def test_smallest_basis_meets_its_tolerance_and_needs_every_mode():
+def test_smallest_basis_meets_its_tolerance_and_needs_every_mode() -> None:
     systems, joints, pairs, axis = small_problem()
     found = smallest_basis(systems, joints, pairs, axis, 0.1)
     assert found.error <= 0.1
@@ -317,7 +322,7 @@ def test_smallest_basis_meets_its_tolerance_and_needs_every_mode():
         assert max(fewer.decibels(*pair).max() for pair in pairs) > 0.1
 
 
-def test_smallest_basis_by_scaled_error_and_without_residuals():
+def test_smallest_basis_by_scaled_error_and_without_residuals() -> None:
     systems, joints, pairs, axis = small_problem()
     found = smallest_basis(systems, joints, pairs, axis, Tolerance(1e-3, scaled=True))
     assert found.error <= 1e-3
@@ -332,7 +337,7 @@ def test_smallest_basis_by_scaled_error_and_without_residuals():
     assert sum(map(len, bare.kept.values())) > sum(map(len, found.kept.values()))
 
 
-def test_smallest_basis_says_what_no_basis_reaches():
+def test_smallest_basis_says_what_no_basis_reaches() -> None:
     systems, joints, pairs, axis = small_problem()
     found = smallest_basis(systems, joints, pairs, axis, 1e-13)
     assert found.unreachable.all()
@@ -344,7 +349,7 @@ def test_smallest_basis_says_what_no_basis_reaches():
         Tolerance(0.0)
 
 
-def test_smallest_basis_keeps_given_frfs():
+def test_smallest_basis_keeps_given_frfs() -> None:
     systems, joints, pairs, axis = small_problem()
     given = direct_frf(systems["b"], axis)
     found = smallest_basis({"a": systems["a"], "b": given}, joints, pairs, axis, 0.1)
@@ -354,14 +359,14 @@ def test_smallest_basis_keeps_given_frfs():
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_smallest_basis_is_near_the_optimum(seed):
+def test_smallest_basis_is_near_the_optimum(seed: int) -> None:
     kept, best, error = basis_trial(seed)
     assert kept <= 2 * best
     assert error <= TOLERANCE
 
 
 @pytest.mark.slow
-def test_smallest_bases_of_fifty_drivetrains_are_near_the_optimum():
+def test_smallest_bases_of_fifty_drivetrains_are_near_the_optimum() -> None:
     for seed in range(50):
         kept, best, error = basis_trial(seed)
         assert kept <= 2 * best, seed

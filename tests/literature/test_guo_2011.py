@@ -202,7 +202,7 @@ def geared(phasing_number: int, **changes: Any) -> tuple[ParametricSystem, Perio
     """N = 5 planets: for Magnus' Floquet theory with its modes, and as periodic springs."""
     z_s, z_p = TEETH[phasing_number]
     ratios = CONTACT_RATIOS | changes
-    tables = {
+    tables: dict[str, Any] = {
         f"{gear}_mesh_variation": {
             "shape": "trapezoid",
             "contact_ratio": ratio,

@@ -5,10 +5,12 @@ from __future__ import annotations
 import io
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from matplotlib import pyplot
+from matplotlib.figure import Figure
 
 from mbs_models import (
     Integrator,
@@ -18,6 +20,7 @@ from mbs_models import (
     drivetrain_modes,
     linearize,
 )
+from mbs_models.model.parameters import PlanetaryStage
 from tests.showing import WORST_LABEL, line_of, text_of
 from tests.strategies import paper
 
@@ -31,7 +34,8 @@ def _close_figures() -> Iterator[None]:
 def test_systems() -> None:
     # pinion, wheel, hub; sun, ring, carrier, four planets; a mesh each with sun and ring, and one
     system = build_drivetrain(paper())
-    planets = paper().stage("planetary").planet_count
+    (stage,) = paper().stages_of(PlanetaryStage)
+    planets = stage.planet_count
     expected = f"{6 + planets} bodies, {1 + 2 * planets} meshes, 30 DoFs"
     assert line_of(system) == f"<MultibodySystem: {expected}>"
     assert "mesh reducer.pinion – wheel" in text_of(system, "reducer.pinion.w")
@@ -52,11 +56,11 @@ def test_modes() -> None:
     assert "1 rigid-body" in text
 
 
-def run(**recorded: object) -> TransientRecord:
+def run(**recorded: Any) -> TransientRecord:
     """A run of 100 samples at two DoFs and a mesh."""
     time = np.arange(100) / 1000.0
     motion = np.column_stack([np.sin(time), np.cos(time)])
-    given = {"displacement": motion, "mesh_forces": motion[:, :1]} | recorded
+    given: dict[str, Any] = {"displacement": motion, "mesh_forces": motion[:, :1]} | recorded
     return TransientRecord(
         1000.0, 0.5, (WORST_LABEL, "b.w"), ("b.w",), motion[:, 1:], Integrator("RK44", 1e-3, ""),
         meshes=("mesh a – b",), warnings=("<b>mind</b>",), **given,
@@ -78,9 +82,12 @@ def test_a_run_drawn() -> None:
     assert [panel.get_ylabel() for panel in axes] == [
         "force, N", "displacement, m", "mesh force, N",
     ]  # fmt: skip
+    assert made.displacement is not None
     np.testing.assert_array_equal(axes[1].lines[1].get_ydata(), made.displacement[:, 1])
     np.testing.assert_array_equal(axes[1].lines[1].get_xdata(), made.time)
-    axes[0].figure.savefig(io.BytesIO())  # what a label holds is no formula
+    figure = axes[0].figure
+    assert isinstance(figure, Figure)
+    figure.savefig(io.BytesIO())  # what a label holds is no formula
     assert made.span(50).plot(axes) == axes
     with pytest.raises(ModelError, match=r"3 axes are needed \(force, N, .*\); got 2"):
         made.plot(axes[:2])

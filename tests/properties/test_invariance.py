@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fbs import direct_frf, real_modes
-from mbs_models.model.parameters import Drivetrain
+from mbs_models.model.parameters import Drivetrain, PlanetaryStage
 from mbs_models.system.drivetrain import build_drivetrain
 from mbs_models.system.harmonic_response import harmonic_response
 from mbs_models.system.linearization import linearize
@@ -51,8 +51,8 @@ def test_radii_do_not_matter_when_all_is_given_over_r2(
 
 @settings(max_examples=25)
 @given(planetary_stages(), st.data())
-def test_planets_can_be_renumbered(stage: object, data: st.DataObject) -> None:
-    n = stage.planet_count  # type: ignore[attr-defined]
+def test_planets_can_be_renumbered(stage: PlanetaryStage, data: st.DataObject) -> None:
+    n = stage.planet_count
     order = data.draw(st.permutations(range(n)))
     moved_with = {
         key: [getattr(stage, key)[p] for p in order]

@@ -15,7 +15,7 @@ import pytest
 
 from fbs import direct_frf, frequency_axis
 from mbs_models.model.model_file import load, preset_names, template
-from mbs_models.model.parameters import Drivetrain
+from mbs_models.model.parameters import Drivetrain, ParallelStage
 from tests.strategies import changed, paper, with_stage
 from tests.validation.command_line import call
 from validation.routes import equations, multibody
@@ -41,7 +41,8 @@ def test_run_agrees_and_writes_the_report(
 
 
 def perturbed_bearing(drivetrain: Drivetrain) -> Drivetrain:
-    pinion = changed(drivetrain.stage("reducer").pinion, bearing_y=3.535e8)
+    (reducer,) = drivetrain.stages_of(ParallelStage)
+    pinion = changed(reducer.pinion, bearing_y=3.535e8)
     return with_stage(drivetrain, "reducer", pinion=pinion.model_dump())
 
 
@@ -113,9 +114,7 @@ def test_frf_of_every_route_in_a_npz(tmp_path: Path) -> None:
 def test_frf_quantity_in_a_csv(
     quantity: str, unit: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(
-        "validation.inspection.frf_output.CSV_ROWS", 150
-    )  # 400 lines: a part is left over
+    monkeypatch.setattr("fbs.files.tables.ROWS", 150)  # 400 lines: a part is left over
     path = tmp_path / "frf.csv"
     dof = "reducer.pinion.y"
     arguments = ["--response", dof, "--excitation", dof, "--quantity", quantity]

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from fbs import Tolerance
 from mbs_models.modal.mode_kinds import label_inertias
-from mbs_models.model.parameters import Drivetrain, Inertia, Part
+from mbs_models.model.parameters import Drivetrain, Part
 
 from ..errors import CommandError
 from ..routes.bands import Band, band
@@ -186,4 +186,5 @@ def _default_pairs(drivetrain: Drivetrain) -> tuple[Pair, ...]:
 
 
 def _first_body(part: Part) -> str:
-    return f"{part.name}.w" if isinstance(part, Inertia) else f"{part.name}.{part.bodies[0]}.w"
+    """The rotation of a part's first body."""
+    return next(label for label in part.drive_points if label.endswith(".w"))

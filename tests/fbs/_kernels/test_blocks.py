@@ -1,7 +1,10 @@
 """Blocks, threads and memory: the same numbers whatever the cut, and little beside the result."""
 
+from __future__ import annotations
+
 import tracemalloc
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,12 +25,12 @@ DAMPING = {
 }
 
 
-def test_stretches_cover_everything_once():
+def test_stretches_cover_everything_once() -> None:
     assert [(s.start, s.stop) for s in stretches(10, 4)] == [(0, 4), (4, 8), (8, 10)]
     assert list(stretches(0, 4)) == []
 
 
-def test_the_number_of_threads_follows_blas(monkeypatch):
+def test_the_number_of_threads_follows_blas(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("OMP_NUM_THREADS", "3")
     assert cores() == 3
     for nonsense in ("0", "-1", "many", ""):
@@ -36,10 +39,10 @@ def test_the_number_of_threads_follows_blas(monkeypatch):
 
 
 @pytest.mark.parametrize("threads", ["1", "3"])
-def test_what_a_task_raises_is_raised(threads, monkeypatch):
+def test_what_a_task_raises_is_raised(threads: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("OMP_NUM_THREADS", threads)
 
-    def job(task):
+    def job(task: Any) -> None:
         if task == 5:
             raise KeyError(task)
 
@@ -50,7 +53,7 @@ def test_what_a_task_raises_is_raised(threads, monkeypatch):
 @pytest.mark.parametrize("symmetric", [False, True])
 @pytest.mark.parametrize("n_terms", [0, 1, 7, 2 * TERMS + 5])
 @pytest.mark.parametrize("n_lines", [1, LINES, 5 * LINES + 3])
-def test_a_weighted_sum_is_the_plain_product(symmetric, n_terms, n_lines):
+def test_a_weighted_sum_is_the_plain_product(symmetric: bool, n_terms: Any, n_lines: Any) -> None:
     rng = np.random.default_rng(n_terms)
     rows, columns = (9, 9) if symmetric else (5, 40)
     weights = rng.standard_normal((rows, columns, n_terms))
@@ -59,7 +62,7 @@ def test_a_weighted_sum_is_the_plain_product(symmetric, n_terms, n_lines):
     omega = np.arange(1.0, n_lines + 1)
     power = np.arange(n_terms)[:, None] % 5
 
-    def gains(w, out):
+    def gains(w: Any, out: Any) -> Any:
         out[:] = (1j / w) ** power
         return (w == 7.0)[:, 0]
 
@@ -72,11 +75,11 @@ def test_a_weighted_sum_is_the_plain_product(symmetric, n_terms, n_lines):
     assert finite
 
 
-def test_a_wide_row_is_cut_into_several_products():
+def test_a_wide_row_is_cut_into_several_products() -> None:
     rng = np.random.default_rng(0)
     weights = rng.standard_normal((2, 5000, 1))
 
-    def gains(w, out):
+    def gains(w: Any, out: Any) -> Any:
         out[:] = 1 / w
         return np.zeros((len(w), w.shape[2]), dtype=bool)
 
@@ -84,14 +87,14 @@ def test_a_wide_row_is_cut_into_several_products():
     np.testing.assert_array_equal(values, weights * [1.0, 0.5])
 
 
-def stages():
+def stages() -> Any:
     return {
         "a": random_system(np.random.default_rng(1), 9, "a", beta=DAMPING["proportional"]),
         "b": hub_system(2, grounded=True, beta=DAMPING["general"]),
     }
 
 
-def jobs():
+def jobs() -> Any:
     """Everything that runs in blocks, on one axis, with enough lines for several threads."""
     axis = frequency_axis(1, 4000, 1)
     systems = {kind: hub_system(3, grounded=True, beta=beta) for kind, beta in DAMPING.items()}
@@ -106,7 +109,7 @@ def jobs():
 
 
 @pytest.mark.parametrize("name", ["undamped", "proportional", "general", "coupling", "schur"])
-def test_results_do_not_depend_on_the_threads(name, monkeypatch):
+def test_results_do_not_depend_on_the_threads(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     job = jobs()[name]
     results = []
     for threads in ("1", "2", "5"):
@@ -117,7 +120,7 @@ def test_results_do_not_depend_on_the_threads(name, monkeypatch):
 
 
 @pytest.mark.parametrize("name", ["undamped", "proportional", "general", "coupling", "direct"])
-def test_little_memory_beside_the_result(name):
+def test_little_memory_beside_the_result(name: str) -> None:
     job = jobs()[name]
     job()  # imports and LAPACK's workspaces
     tracemalloc.start()
@@ -129,7 +132,7 @@ def test_little_memory_beside_the_result(name):
     assert peak <= 1.3 * frf.values.nbytes
 
 
-def test_many_joints_and_another_memory_order_take_little_memory_too():
+def test_many_joints_and_another_memory_order_take_little_memory_too() -> None:
     axis = frequency_axis(1, 8000, 1)
     frfs = {name: modal_frf(system, axis) for name, system in stages().items()}
     c_order = {
@@ -147,13 +150,13 @@ def test_many_joints_and_another_memory_order_take_little_memory_too():
         assert peak <= 1.3 * frf.values.nbytes
 
 
-def test_symmetric_halves_are_mirrored_exactly():
+def test_symmetric_halves_are_mirrored_exactly() -> None:
     for beta in DAMPING.values():
         values = modal_frf(hub_system(4, beta=beta), frequency_axis(10, 2000, 10)).values
         np.testing.assert_array_equal(values, values.transpose(0, 2, 1))
 
 
-def test_a_skew_damping_is_not_mirrored():
+def test_a_skew_damping_is_not_mirrored() -> None:
     """Rows are responses: H^T is the FRF of the system with C^T, and H is not its own."""
     system = random_system(np.random.default_rng(8), 6)
     spin = np.random.default_rng(9).standard_normal((6, 6)) * 1e3
@@ -170,7 +173,7 @@ def test_a_skew_damping_is_not_mirrored():
         assert scaled_error(frf.values.transpose(0, 2, 1), expected).max() > 0.1
 
 
-def test_given_modes_and_a_part_of_the_labels_are_the_same_sum():
+def test_given_modes_and_a_part_of_the_labels_are_the_same_sum() -> None:
     system = hub_system(5, beta=DAMPING["general"])
     axis = frequency_axis(10, 3000, 10)
     whole = modal_frf(system, axis, modes=real_modes(system))
@@ -180,11 +183,11 @@ def test_given_modes_and_a_part_of_the_labels_are_the_same_sum():
     assert np.abs(part.values / expected - 1).max() < 1e-9
 
 
-def blas_threads():
+def blas_threads() -> Any:
     return [pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"]
 
 
-def test_blas_gets_its_threads_back_when_the_last_lets_go():
+def test_blas_gets_its_threads_back_when_the_last_lets_go() -> None:
     with threadpool_limits(2):
         before = blas_threads()
         with one_blas_thread():
@@ -204,7 +207,7 @@ def test_blas_gets_its_threads_back_when_the_last_lets_go():
 @pytest.mark.parametrize("bad", [np.nan, np.inf, complex(0, -np.inf), complex(1, np.nan)])
 @pytest.mark.parametrize("place", [0, RUN - 1, RUN, 3 * RUN + 6])
 @pytest.mark.parametrize("order", ["contiguous", "gaps between rows", "gaps between lines"])
-def test_nothing_infinite_is_overlooked(bad, place, order):
+def test_nothing_infinite_is_overlooked(bad: Any, place: Any, order: str) -> None:
     values = np.ones((2, 3 * RUN + 7), dtype=complex)
     if order == "gaps between rows":
         values = np.ones((2, 4 * RUN), dtype=complex)[:, : values.shape[1]]
@@ -215,7 +218,7 @@ def test_nothing_infinite_is_overlooked(bad, place, order):
     assert not surely_finite(values)
 
 
-def test_what_overflows_on_the_way_is_refused():
+def test_what_overflows_on_the_way_is_refused() -> None:
     """An FRF between two parts is a product of FRFs: here of 1e200 and 1e200."""
     axis = frequency_axis(1, 3, 1)
     values = np.full((3, 2, 2), 1e200 + 0j)
@@ -238,7 +241,7 @@ def test_what_overflows_on_the_way_is_refused():
         couple(parts, [joint], ["a"], ["b"])
 
 
-def test_a_sum_that_overflows_is_refused_and_a_large_one_is_not():
+def test_a_sum_that_overflows_is_refused_and_a_large_one_is_not() -> None:
     axis = frequency_axis(1, 200, 1)
     frfs = []
     for size in (1.0, 1e80, 1e160):

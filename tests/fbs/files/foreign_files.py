@@ -18,10 +18,8 @@ def accelerance(response: str, excitation: str) -> NDArray[np.complex128]:
     omega = 2 * np.pi * AXIS[:, None, None]
     h = np.linalg.inv(stiffness * (1 + 2e-6j * omega) - omega**2 * mass)
     labels = list(NUMBERS)
-    result: NDArray[np.complex128] = (-(omega[:, 0, 0] ** 2)) * h[
-        :, labels.index(response), labels.index(excitation)
-    ]
-    return result
+    between = h[:, labels.index(response), labels.index(excitation)]
+    return np.asarray(-(omega[:, 0, 0] ** 2) * between, complex)
 
 
 @dataclass(frozen=True)

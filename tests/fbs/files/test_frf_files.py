@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -61,12 +62,13 @@ def test_xarray_and_pandas() -> None:
     np.testing.assert_array_equal(frame["b", "a.w"], FRF.between("b", "a.w"))
     same(from_pandas(frame))
     same(from_pandas(frame[frame.columns[[4, 5, 0, 1, 2, 3]]][frame.columns]))
-    for wrong in (
+    refused: tuple[Callable[[], object], ...] = (
         lambda: from_xarray(array.isel(response=0)),
         lambda: from_xarray(array.drop_attrs()),
         lambda: from_pandas(frame.iloc[:, :5]),
         lambda: from_pandas(frame["b"], "mobility"),
-    ):
+    )
+    for wrong in refused:
         with pytest.raises(FbsError):
             wrong()
 

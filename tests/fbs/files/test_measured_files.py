@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -171,13 +172,18 @@ def test_runs_are_averaged_or_chosen(tmp_path: Path) -> None:
     )
 
 
+NO_RADII: dict[str, float] = {}
+
+
 def test_node_numbers_by_a_map(tmp_path: Path) -> None:
     path = written(tmp_path / "x.uff", *rig(named=False))
     found = read_frf(path)
     assert found.frf.responses == ("12", "7")
-    check(mapped(found, parse_map("brake.w=12, shaft.w=7"), {}.get))
+    check(mapped(found, parse_map("brake.w=12, shaft.w=7"), NO_RADII.get))
     check(
-        mapped(found, map_of({"brake.w": "-12", "shaft.w": {"channel": "7", "sign": -1}}), {}.get)
+        mapped(
+            found, map_of({"brake.w": "-12", "shaft.w": {"channel": "7", "sign": -1}}), NO_RADII.get
+        )
     )
 
 
@@ -200,7 +206,13 @@ def test_eleven_characters_of_an_entity_name(tmp_path: Path) -> None:
 
 def test_a_record_in_g(tmp_path: Path) -> None:
     samples = np.sin(np.arange(256.0)) + 0j
-    both = {"kind": 1, "complex": False, "first": 0.0, "step": 1 / 2048, "abscissa": (17, "s")}
+    both: dict[str, Any] = {
+        "kind": 1,
+        "complex": False,
+        "first": 0.0,
+        "step": 1 / 2048,
+        "abscissa": (17, "s"),
+    }
     force = Foreign(("NONE", 1, 3), values=samples, codes=(13, 0), units=("N", "NONE"), **both)
     motion = Foreign(("NONE", 2, 3), values=samples, codes=(12, 0), units=("g", "NONE"), **both)
     record, _ = read_record(written(tmp_path / "x.uff", force, motion))
@@ -230,7 +242,7 @@ def test_a_record_in_g(tmp_path: Path) -> None:
     ],
 )
 def test_the_complete_block(pairs: str, block: tuple[str, str]) -> None:
-    rows, columns = complete_block([(r, e) for r, e in pairs.split()])
+    rows, columns = complete_block([(pair[0], pair[1]) for pair in pairs.split()])
     assert ("".join(rows), "".join(columns)) == block
 
 
@@ -246,9 +258,9 @@ def turning(tmp_path: Path) -> Measurement:
 
 def test_a_rotation_is_never_taken_for_a_length(tmp_path: Path) -> None:
     found = turning(tmp_path)
-    assert (found.angles, found.moments) == ({"12.rx"}, {"12.rx"})
+    assert found.angles == found.moments == {"12.rx"}
     with pytest.raises(FbsError, match=r"12\.rx is a rotation .* needs the radius of its body"):
-        in_lengths(found, {}.get)
+        in_lengths(found, NO_RADII.get)
     lengths = in_lengths(found, {"12.rx": 0.1}.get).frf.values
     np.testing.assert_allclose(lengths[0], [[0.01 * 1, 0.1 * 11], [0.1 * 2, 12]], rtol=1e-12)
 
@@ -259,10 +271,10 @@ def test_a_map_takes_the_radius_given_or_the_model_s(tmp_path: Path) -> None:
     np.testing.assert_allclose(own.frf.values[0], [[0.04 * 1, 0.2 * 11], [0.2 * 2, 12]], rtol=1e-12)
     assert own.frf.responses == own.frf.excitations == ("brake.w", "g.y")
     assert not own.angles
-    stated = mapped(found, map_of({"brake.w": {"channel": "12.rx", "radius": 0.1}}), {}.get)
+    stated = mapped(found, map_of({"brake.w": {"channel": "12.rx", "radius": 0.1}}), NO_RADII.get)
     np.testing.assert_allclose(stated.frf.values, 0.01, rtol=1e-12)
     with pytest.raises(FbsError, match="combines rotations and translations"):
-        mapped(found, map_of({"a.w": {"12.rx": 1.0, "7.z": 1.0, "radius": 1.0}}), {}.get)
+        mapped(found, map_of({"a.w": {"12.rx": 1.0, "7.z": 1.0, "radius": 1.0}}), NO_RADII.get)
 
 
 def test_two_accelerometers_make_a_rotation(tmp_path: Path) -> None:
@@ -289,7 +301,7 @@ def test_two_accelerometers_make_a_rotation(tmp_path: Path) -> None:
     expected = np.diag([r**2 / inertia, 1 / mass])
     np.testing.assert_allclose(values, expected[None].repeat(500, 0), atol=1e-5 * 1 / mass)
     hammer = map_of(table | {"excitations": {"hub.w": {"1.z": r / (distance / 2)}}})
-    one_sided = mapped(found, hammer, {}.get).frf
+    one_sided = mapped(found, hammer, NO_RADII.get).frf
     np.testing.assert_allclose(one_sided.between("hub.w", "hub.w"), r**2 / inertia, rtol=1e-5)
 
 

@@ -30,7 +30,7 @@ def measured(quantity: str = "accelerance") -> Frf:
 def turned(frf: Frf) -> np.ndarray:
     """The values as others should find them: rotations in rad and N m."""
     scale = np.array([1 / 0.05, 1.0, 1.0])
-    return frf.values * scale[:, None] * scale[None, :]
+    return np.asarray(frf.values * scale[:, None] * scale[None, :])
 
 
 @pytest.mark.parametrize("form", ["ascii", "binary"])

@@ -1,6 +1,10 @@
 """Records in files: read back to the digit the format has, and what does not fit is refused."""
 
+from __future__ import annotations
+
 import json
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +19,7 @@ ENDINGS = (".npz", ".csv", ".uff", ".unv", ".mat", ".wav")
 METADATA = {"model": "Zwei Stufen, µ", "integrator": "RK44", "step": 1e-6, "pieces": [1, 2]}
 
 
-def random_record(rate=51200.0, n=500, quantity="accelerance"):
+def random_record(rate: float = 51200.0, n: int = 500, quantity: str = "accelerance") -> Any:
     rng = np.random.default_rng(n)
     size = 10.0 ** rng.uniform(-12, 3, (n, 5))
     samples = size * rng.standard_normal((n, 5))
@@ -25,7 +29,7 @@ def random_record(rate=51200.0, n=500, quantity="accelerance"):
 
 @pytest.mark.parametrize("ending", ENDINGS)
 @pytest.mark.parametrize("quantity", list(Quantity))
-def test_round_trip(tmp_path, ending, quantity):
+def test_round_trip(tmp_path: Path, ending: Any, quantity: Quantity) -> None:
     record = random_record(quantity=quantity)
     path = tmp_path / f"run{ending}"
     write_record(record, path, METADATA)
@@ -44,7 +48,9 @@ def test_round_trip(tmp_path, ending, quantity):
 @settings(max_examples=40)
 @given(rate=st.integers(2, 100_000) | st.floats(1.0, 1e7))
 @pytest.mark.parametrize("ending", [".npz", ".csv"])
-def test_any_sampling_frequency_is_kept(tmp_path_factory, ending, rate):
+def test_any_sampling_frequency_is_kept(
+    tmp_path_factory: pytest.TempPathFactory, ending: str, rate: int
+) -> None:
     record = random_record(rate=float(rate), n=7)
     path = tmp_path_factory.mktemp("rates") / f"run{ending}"
     write_record(record, path)
@@ -53,7 +59,9 @@ def test_any_sampling_frequency_is_kept(tmp_path_factory, ending, rate):
 
 @settings(max_examples=60)
 @given(rate=st.integers(2, 100_000))
-def test_whole_sampling_frequencies_survive_six_digits_of_the_step(tmp_path_factory, rate):
+def test_whole_sampling_frequencies_survive_six_digits_of_the_step(
+    tmp_path_factory: pytest.TempPathFactory, rate: int
+) -> None:
     """Neighbours differ by 1/fs relatively, six digits resolve 1e-5 at worst."""
     record = random_record(rate=float(rate), n=7)
     path = tmp_path_factory.mktemp("rates") / "run.uff"
@@ -61,7 +69,7 @@ def test_whole_sampling_frequencies_survive_six_digits_of_the_step(tmp_path_fact
     assert read_record(path)[0].sampling_frequency == rate
 
 
-def test_a_step_of_six_digits_survives(tmp_path):
+def test_a_step_of_six_digits_survives(tmp_path: Path) -> None:
     record = random_record(rate=1 / 3e-5)
     write_record(record, tmp_path / "run.uff")
     back, _ = read_record(tmp_path / "run.uff")
@@ -69,13 +77,13 @@ def test_a_step_of_six_digits_survives(tmp_path):
 
 
 @pytest.mark.parametrize("rate", [12345.678, 1234567.0])
-def test_a_sampling_frequency_that_uff_cannot_carry_is_refused(tmp_path, rate):
+def test_a_sampling_frequency_that_uff_cannot_carry_is_refused(tmp_path: Path, rate: float) -> None:
     with pytest.raises(FbsError, match=r"six digits of the time step: sampling at .* would"):
         write_record(random_record(rate=rate), tmp_path / "run.uff")
     assert not list(tmp_path.iterdir())
 
 
-def test_metadata_that_do_not_fit_are_refused(tmp_path):
+def test_metadata_that_do_not_fit_are_refused(tmp_path: Path) -> None:
     record = random_record()
     with pytest.raises(FbsError, match=r"metadata have \d+ characters as JSON; UFF takes 240"):
         write_record(record, tmp_path / "run.uff", {"notes": "x" * 240})
@@ -86,7 +94,7 @@ def test_metadata_that_do_not_fit_are_refused(tmp_path):
             write_record(record, tmp_path / f"run{ending}", {"value": float("nan")})
 
 
-def test_npz_is_plain(tmp_path):
+def test_npz_is_plain(tmp_path: Path) -> None:
     record = random_record()
     write_record(record, tmp_path / "run.npz", METADATA)
     with np.load(tmp_path / "run.npz") as arrays:
@@ -95,7 +103,7 @@ def test_npz_is_plain(tmp_path):
         np.testing.assert_array_equal(arrays["outputs"], record.outputs)
 
 
-def test_uff_is_what_others_read(tmp_path):
+def test_uff_is_what_others_read(tmp_path: Path) -> None:
     """pyuff itself finds functions of time, forces in N and accelerations in m/s^2."""
     record = random_record(n=64)
     write_record(record, tmp_path / "run.uff")
@@ -109,7 +117,7 @@ def test_uff_is_what_others_read(tmp_path):
     np.testing.assert_allclose(sets[1]["x"], record.time, rtol=5e-6)  # six digits of the step
 
 
-def foreign(path, **changes):
+def foreign(path: Path, **changes: Any) -> None:
     """A file from elsewhere: node numbers for labels, a force and an acceleration."""
     file = pyuff.UFF(str(path))
     time = np.arange(8) / 51200
@@ -123,7 +131,7 @@ def foreign(path, **changes):
         )  # fmt: skip
 
 
-def test_a_file_from_elsewhere(tmp_path):
+def test_a_file_from_elsewhere(tmp_path: Path) -> None:
     foreign(tmp_path / "bench.uff")
     record, metadata = read_record(tmp_path / "bench.uff")
     assert (record.excitations, record.responses) == (("1.z",), ("2.x",))
@@ -146,14 +154,16 @@ def test_a_file_from_elsewhere(tmp_path):
         ({"data": np.ones(8) * 1j}, "is complex"),
     ],
 )
-def test_universal_files_that_hold_no_record(tmp_path, changes, words):
+def test_universal_files_that_hold_no_record(
+    tmp_path: Path, changes: dict[str, Any], words: str
+) -> None:
     foreign(tmp_path / "bench.uff", **changes)
     with pytest.raises(FbsError, match=words) as caught:
         read_record(tmp_path / "bench.uff")
     assert str(caught.value).startswith(str(tmp_path))
 
 
-def test_nan_in_a_universal_file(tmp_path):
+def test_nan_in_a_universal_file(tmp_path: Path) -> None:
     path = tmp_path / "bench.uff"
     foreign(path)  # pyuff itself would write a NaN as 0
     path.write_text(path.read_text().replace("   3.00000000000e+00", f"{'NaN':>20}"))
@@ -184,7 +194,7 @@ BAD_CSV = [
 
 
 @pytest.mark.parametrize(("text", "words"), BAD_CSV)
-def test_csv_files_that_hold_no_record(tmp_path, text, words):
+def test_csv_files_that_hold_no_record(tmp_path: Path, text: str, words: str) -> None:
     path = tmp_path / "run.csv"
     path.write_text(text)
     with pytest.raises(FbsError, match=words) as caught:
@@ -192,14 +202,14 @@ def test_csv_files_that_hold_no_record(tmp_path, text, words):
     assert str(caught.value).startswith(str(path))
 
 
-def test_a_csv_written_by_hand(tmp_path):
+def test_a_csv_written_by_hand(tmp_path: Path) -> None:
     (tmp_path / "run.csv").write_text(CSV + "0,1,2\n0.1,3,4\n")
     record, metadata = read_record(tmp_path / "run.csv")
     assert (record.sampling_frequency, metadata) == (10.0, {})
     assert record.quantity is Quantity.RECEPTANCE
 
 
-def test_npz_files_that_hold_no_record(tmp_path):
+def test_npz_files_that_hold_no_record(tmp_path: Path) -> None:
     path = tmp_path / "run.npz"
     np.savez(path, inputs=np.ones((2, 1)))
     with pytest.raises(FbsError, match="no array sampling_frequency and no outputs"):
@@ -214,7 +224,7 @@ def test_npz_files_that_hold_no_record(tmp_path):
         read_record(path)
 
 
-def test_endings_and_folders(tmp_path):
+def test_endings_and_folders(tmp_path: Path) -> None:
     with pytest.raises(FbsError, match=r"the ending \.txt is not known; allowed: \.npz, \.csv"):
         write_record(random_record(), tmp_path / "run.txt")
     with pytest.raises(FbsError, match=r"the ending \(none\) is not known"):

@@ -30,7 +30,7 @@ def header(shape: object, kind: str) -> bytes:
     buffer = io.BytesIO()
     npy.write_array_header_1_0(
         buffer,
-        {"shape": shape, "fortran_order": False, "descr": kind},  # type: ignore[arg-type]
+        {"shape": shape, "fortran_order": False, "descr": kind},
     )
     return buffer.getvalue()
 

@@ -1,5 +1,9 @@
 """A chain coupled part by part is the same as all parts coupled at once."""
 
+from __future__ import annotations
+
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -29,11 +33,13 @@ AXIS = frequency_axis(100, 4000, 20)
 EPS = float(np.finfo(float).eps)
 
 
-def damped(rng):
+def damped(rng: np.random.Generator) -> Any:
     return rng.uniform(1e-7, 1e-5)
 
 
-def random_tree(seed, n_parts, several, chain=False, beta=damped):
+def random_tree(
+    seed: int, n_parts: Any, several: Any, chain: bool = False, beta: Any = damped
+) -> Any:
     """Parts joined to earlier ones, by one joint or several, rigid or flexible."""
     rng = np.random.default_rng(seed)
     parts = {
@@ -57,7 +63,7 @@ def random_tree(seed, n_parts, several, chain=False, beta=damped):
     return parts, joints
 
 
-def solve_condition(parts):
+def solve_condition(parts: Any) -> Any:
     """Largest condition of the parts' dynamic stiffnesses, scaled to a unit diagonal, by line."""
     omega = 2 * np.pi * AXIS[:, None, None]
     largest = np.ones(len(AXIS))
@@ -69,13 +75,13 @@ def solve_condition(parts):
     return largest
 
 
-def labels_of(parts):
+def labels_of(parts: Any) -> Any:
     return [label for part in parts.values() for label in part.labels]
 
 
 @settings(max_examples=30, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 7), st.booleans())
-def test_a_tree_is_all_its_parts_coupled_at_once(seed, n_parts, several):
+def test_a_tree_is_all_its_parts_coupled_at_once(seed: int, n_parts: Any, several: Any) -> None:
     parts, joints = random_tree(seed, n_parts, several)
     asked = labels_of(parts)
     whole = couple({name: direct_frf(part, AXIS) for name, part in parts.items()}, joints)
@@ -95,7 +101,7 @@ def test_a_tree_is_all_its_parts_coupled_at_once(seed, n_parts, several):
 
 @settings(max_examples=20, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(2, 6))
-def test_undamped_chains_by_modal_synthesis(seed, n_parts):
+def test_undamped_chains_by_modal_synthesis(seed: int, n_parts: Any) -> None:
     parts, joints = random_tree(seed, n_parts, False, chain=True, beta=lambda rng: 0.0)
     joints = [Joint(j.first, j.second, j.stiffness, ratio=j.ratio) for j in joints]
     asked = ["p0.x0", f"p{n_parts - 1}.x3"]
@@ -108,7 +114,7 @@ def test_undamped_chains_by_modal_synthesis(seed, n_parts):
     assert (error <= 1e5 * EPS * whole.kernel_condition).all()
 
 
-def test_two_masses_on_a_spring_in_closed_form():
+def test_two_masses_on_a_spring_in_closed_form() -> None:
     parts = {
         name: SecondOrderSystem([[m]], [[0.0]], [[0.0]], (name,))
         for name, m in (("a", 2), ("b", 3))
@@ -123,7 +129,7 @@ def test_two_masses_on_a_spring_in_closed_form():
 
 @pytest.mark.parametrize("count", [1, 2])
 @pytest.mark.parametrize("distance", [1e-6, 1e-9, 1e-12, 0.0])
-def test_a_resonance_beyond_a_joint_does_not_spoil_the_rest(count, distance):
+def test_a_resonance_beyond_a_joint_does_not_spoil_the_rest(count: int, distance: float) -> None:
     # everything right of the first connection, alone, has a pole this near to the line: its
     # message is 1 / distance times larger than elsewhere, which must not cost digits (beyond
     # the three that GROWTH allows where joints are eliminated together)
@@ -152,7 +158,7 @@ def test_a_resonance_beyond_a_joint_does_not_spoil_the_rest(count, distance):
     assert (error <= 1000 * EPS * whole.kernel_condition).all()
 
 
-def test_a_label_of_two_parts_is_one_motion():
+def test_a_label_of_two_parts_is_one_motion() -> None:
     a = random_system(np.random.default_rng(0), 3, "a", beta=damped)
     b = random_system(np.random.default_rng(1), 3, "b", beta=damped)
     parts = {
@@ -169,7 +175,7 @@ def test_a_label_of_two_parts_is_one_motion():
         couple_chain(parts, [Joint(("a", "hub"), ("b", "hub"), 1e6)], AXIS, asked, asked)
 
 
-def test_ready_frfs_and_threads_give_the_same(monkeypatch):
+def test_ready_frfs_and_threads_give_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     parts, joints = random_tree(5, 5, True)
     asked = ["p0.x0", "p4.x1"]
     axis = np.linspace(100, 4000, BLOCK + 3)  # more than one block
@@ -183,7 +189,7 @@ def test_ready_frfs_and_threads_give_the_same(monkeypatch):
     assert np.array_equal(three.frf.values, two.frf.values)
 
 
-def test_parts_that_are_not_joined_do_not_act_on_each_other():
+def test_parts_that_are_not_joined_do_not_act_on_each_other() -> None:
     parts, _ = random_tree(5, 2, True)
     chain = couple_chain(parts, [], AXIS, ["p0.x0"], ["p0.x1", "p1.x0"], direct_frf)
     assert not chain.frf.between("p0.x0", "p1.x0").any()
@@ -193,7 +199,7 @@ def test_parts_that_are_not_joined_do_not_act_on_each_other():
     assert (chain.kernel_condition == 1).all()
 
 
-def test_modes_that_leave_the_interface_at_rest_are_left_out():
+def test_modes_that_leave_the_interface_at_rest_are_left_out() -> None:
     # two equal pendulums on a body: their difference does not move it
     n, beta = 3, 1e-6
     springs = [(unit(n, (0, 1.0)), 1e8), *((unit(n, (0, 1.0), (k, -1.0)), 2e7) for k in (1, 2))]
@@ -216,11 +222,18 @@ def test_modes_that_leave_the_interface_at_rest_are_left_out():
     assert np.abs(few.values / direct.values - 1).max() < 1e-10  # eps times the modes' condition
 
 
-def test_refused():
+def test_refused() -> None:
     parts, joints = random_tree(0, 3, False, chain=True)
     asked = ["p0.x0"]
 
-    def refused(error, match, changed=parts, tied=joints, axis=AXIS, wanted=asked):
+    def refused(
+        error: Any,
+        match: str,
+        changed: Any = parts,
+        tied: Any = joints,
+        axis: Any = AXIS,
+        wanted: Any = asked,
+    ) -> None:
         with pytest.raises(error, match=match):
             couple_chain(changed, tied, axis, wanted, asked, direct_frf)
 
@@ -238,7 +251,7 @@ def test_refused():
     refused(QuantityMismatchError, "part 'p1' is mobility", changed=mobility)
 
 
-def test_a_line_on_a_pole_of_the_assembly_is_named():
+def test_a_line_on_a_pole_of_the_assembly_is_named() -> None:
     mass = {name: SecondOrderSystem([[1.0]], [[0.0]], [[0.0]], (name,)) for name in "ab"}
     axis = np.array([1.0, 2.0, 3.0])
     receptance = {
@@ -251,12 +264,14 @@ def test_a_line_on_a_pole_of_the_assembly_is_named():
     assert caught.value.frequencies.tolist() == [2.0]
 
 
-def test_unstable_lines_are_coupled_at_once_with_a_label_of_two_parts(monkeypatch):
+def test_unstable_lines_are_coupled_at_once_with_a_label_of_two_parts(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     # three branches on one body: the joints of two are eliminated together for the third, with
     # trouble where those two and the body have a pole. "spring" is a label of every branch
     k = (2 * np.pi * 100.0) ** 2
 
-    def branch(stiffness):
+    def branch(stiffness: float) -> Any:
         matrix = stiffness * np.array([[1.0, -1.0], [-1.0, 1.0]])
         return SecondOrderSystem(np.eye(2), np.zeros((2, 2)), matrix, ("spring", "end"))
 
@@ -271,10 +286,13 @@ def test_unstable_lines_are_coupled_at_once_with_a_label_of_two_parts(monkeypatc
     mass = np.diag([2.0, 1.0, 1.0, 1.0, 1.0])
     without = SecondOrderSystem(mass, 0 * mass, spring_matrices(5, springs)[0], tuple("abcde"))
     axis = np.sort(real_modes(without).natural_frequencies) * (1 + 1e-9)
-    coupled = []
-    monkeypatch.setattr(
-        "fbs.large.chain.couple", lambda *given: coupled.append(given) or couple(*given)
-    )
+    coupled: list[Any] = []
+
+    def noted(*given: Any) -> Any:
+        coupled.append(given)
+        return couple(*given)
+
+    monkeypatch.setattr("fbs.large.chain.couple", noted)
     chain = couple_chain(parts, joints, axis, ["body"], ["body"], direct_frf)
     assert len(coupled) == 1
     # the body's dynamic stiffness, with each branch's seen through its joint

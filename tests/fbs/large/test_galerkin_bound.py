@@ -1,6 +1,9 @@
 """Bounds of projected models against direct solutions."""
 
+from __future__ import annotations
+
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,7 +25,7 @@ LINES = frequency_axis(10, 2000, 10)
 ROWS, COLUMNS = ["x0", "x9"], ["x9", "x20"]
 
 
-def damped(kind):
+def damped(kind: Any) -> Any:
     rng = np.random.default_rng(7)
     friction = (lambda r: r.uniform(1e-7, 1e-6)) if kind == "viscous" else lambda r: 0.0
     system = random_system(rng, 40, grounded=kind != "rayleigh", beta=friction)
@@ -33,7 +36,7 @@ def damped(kind):
 
 @pytest.mark.parametrize("kind", ["hysteretic", "rayleigh", "viscous"])
 @pytest.mark.parametrize("count", [6, 12, 30])
-def test_kept_modes_are_bounded_by_their_residual(kind, count):
+def test_kept_modes_are_bounded_by_their_residual(kind: str, count: int) -> None:
     system = damped(kind)
     found = galerkin_bound(system, real_modes(system).shapes[:, :count], LINES, ROWS, COLUMNS)
     error = np.abs(found.frf.values - direct_frf(system, LINES, ROWS, COLUMNS).values)
@@ -41,7 +44,7 @@ def test_kept_modes_are_bounded_by_their_residual(kind, count):
     assert np.isfinite(found.bound).all()
 
 
-def test_reduced_frfs_get_a_guarantee_beside_their_estimate():
+def test_reduced_frfs_get_a_guarantee_beside_their_estimate() -> None:
     system = damped("hysteretic")
     reduced = reduced_frf(SparseSystem.of(system), LINES, ROWS, COLUMNS, tolerance=1e-6)
     found = galerkin_bound(system, reduced.vectors, LINES, ROWS, COLUMNS)
@@ -52,14 +55,14 @@ def test_reduced_frfs_get_a_guarantee_beside_their_estimate():
     assert (found.of(reduced.frf) < 1e-6 * np.abs(exact).max()).all()
 
 
-def test_undamped_there_is_no_guarantee():
+def test_undamped_there_is_no_guarantee() -> None:
     system = random_system(np.random.default_rng(7), 40)
     found = galerkin_bound(system, real_modes(system).shapes[:, :10], LINES, ROWS, COLUMNS)
     assert not found.distance.any()
     assert np.isinf(found.bound).all()
 
 
-def test_bad_input_is_named():
+def test_bad_input_is_named() -> None:
     system = damped("hysteretic")
     with pytest.raises(FbsError, match=r"vectors have shape \(3, 3\); 40 DoFs need as many rows"):
         galerkin_bound(system, np.eye(3), LINES, ROWS, COLUMNS)
@@ -70,7 +73,7 @@ def test_bad_input_is_named():
 
 @pytest.mark.parametrize("reduce", [craig_bampton, rubin])
 @pytest.mark.parametrize("kind", ["hysteretic", "rayleigh", "viscous"])
-def test_craig_bampton_and_rubin_are_bounded_through_their_basis(reduce, kind):
+def test_craig_bampton_and_rubin_are_bounded_through_their_basis(reduce: Any, kind: str) -> None:
     system = damped(kind)
     reduction = reduce(system, ["x0", "x9", "x20"], 8)
     found = galerkin_bound(system, reduction.basis, LINES, ROWS, COLUMNS)

@@ -1,7 +1,10 @@
 """Sparse systems, solved directly and through a reduced model, against the dense solution."""
 
+from __future__ import annotations
+
 import pickle
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,6 +17,7 @@ from fbs import (
     FbsError,
     Joint,
     NonFiniteError,
+    Quantity,
     SecondOrderSystem,
     SingularLineError,
     UnknownDofError,
@@ -31,7 +35,7 @@ from tests.fbs.fbs_systems import hub_system, random_system, scaled_error
 AXIS = frequency_axis(10, 3000, 5)
 
 
-def general(rng):
+def general(rng: np.random.Generator) -> Any:
     return rng.uniform(1e-7, 1e-5)
 
 
@@ -43,7 +47,9 @@ def general(rng):
     st.booleans(),
     st.sampled_from(["receptance", "mobility", "accelerance"]),
 )
-def test_sparse_is_dense(seed, n, damping, grounded, quantity):
+def test_sparse_is_dense(
+    seed: int, n: int, damping: str, grounded: Any, quantity: Quantity
+) -> None:
     rng = np.random.default_rng(seed)
     beta = general if damping == "general" else lambda rng: 0.0
     system = random_system(rng, n, grounded=grounded, beta=beta, derived={"twice": ("x0", 2.0)})
@@ -63,7 +69,7 @@ def test_sparse_is_dense(seed, n, damping, grounded, quantity):
     assert np.allclose(few.values.transpose(0, 2, 1), found.values, rtol=1e-9, atol=0)
 
 
-def test_rows_and_columns_of_a_system_that_is_not_symmetric():
+def test_rows_and_columns_of_a_system_that_is_not_symmetric() -> None:
     rng = np.random.default_rng(0)
     system = random_system(rng, 6, beta=general)
     spin = np.triu(rng.uniform(-100, 100, (6, 6)), 1)
@@ -77,7 +83,7 @@ def test_rows_and_columns_of_a_system_that_is_not_symmetric():
         reduced_frf(SparseSystem.of(system), AXIS, ["x1"], ["x4"])
 
 
-def test_singular_lines_are_named():
+def test_singular_lines_are_named() -> None:
     free = random_system(np.random.default_rng(0), 5, grounded=False)
     with pytest.raises(SingularLineError) as caught:
         sparse_frf(SparseSystem.of(free), [0.0, 100.0])
@@ -91,7 +97,7 @@ def test_singular_lines_are_named():
     assert caught.value.frequencies.tolist() == [50.0]
 
 
-def test_an_undamped_pole_on_a_line_of_a_reduced_model_is_named():
+def test_an_undamped_pole_on_a_line_of_a_reduced_model_is_named() -> None:
     system = random_system(np.random.default_rng(4), 60)
     pole = real_modes(system).natural_frequencies[3]
     axis = np.sort(np.append(frequency_axis(10, 3000, 1), pole))
@@ -107,7 +113,9 @@ def test_an_undamped_pole_on_a_line_of_a_reduced_model_is_named():
     st.booleans(),
     st.sampled_from([1e-4, 1e-7]),
 )
-def test_a_reduced_model_is_as_accurate_as_it_says(seed, damping, grounded, tolerance):
+def test_a_reduced_model_is_as_accurate_as_it_says(
+    seed: int, damping: str, grounded: Any, tolerance: Any
+) -> None:
     rng = np.random.default_rng(seed)
     beta = {"general": general, "proportional": lambda rng: 2e-6}.get(damping, lambda rng: 0.0)
     system = random_system(rng, 60, grounded=grounded, beta=beta, derived={"twice": ("x50", 2.0)})
@@ -128,14 +136,14 @@ def test_a_reduced_model_is_as_accurate_as_it_says(seed, damping, grounded, tole
 
 @pytest.mark.parametrize("grounded", [True, False])
 @pytest.mark.parametrize("asked", [["x3", "x40"], ["hub", "x40"]])
-def test_a_nearly_massless_hub(grounded, asked):
+def test_a_nearly_massless_hub(grounded: bool, asked: list[str]) -> None:
     system = hub_system(3, 60, grounded=grounded, beta=lambda rng: 1e-6)
     found = reduced_frf(SparseSystem.of(system), AXIS, asked, asked)
     error = scaled_error(found.frf, direct_frf(system, AXIS, asked, asked))
     assert error.max() <= 1e-8  # the default tolerance
 
 
-def test_an_accuracy_out_of_reach_is_refused():
+def test_an_accuracy_out_of_reach_is_refused() -> None:
     system = random_system(np.random.default_rng(1), 60, beta=lambda rng: 1e-6)
     with pytest.raises(ReductionError, match="at most 20") as caught:
         reduced_frf(SparseSystem.of(system), AXIS, ["x0"], ["x59"], largest=20)
@@ -144,7 +152,7 @@ def test_an_accuracy_out_of_reach_is_refused():
         reduced_frf(SparseSystem.of(system), AXIS, ["x0"], ["x59"], tolerance=0.0)
 
 
-def test_a_chain_of_sparse_parts():
+def test_a_chain_of_sparse_parts() -> None:
     rng = np.random.default_rng(2)
     parts = {name: random_system(rng, 20, f"{name}.x", beta=general) for name in "ab"}
     joints = [Joint(("a", "a.x3"), ("b", "b.x7"), 1e8)]
@@ -158,7 +166,7 @@ def test_a_chain_of_sparse_parts():
         couple_chain(wide, joints, AXIS, asked, asked)
 
 
-def test_refused():
+def test_refused() -> None:
     eye, dofs = sparse.eye_array(2), ("a", "b")
     assert SparseSystem(eye, 0 * eye, eye, dofs).undamped
     assert pickle.loads(pickle.dumps(SparseSystem(eye, eye, eye, dofs))).dofs == dofs

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -121,12 +122,13 @@ def test_scatter_of_repeats_of_coherence_and_relative() -> None:
     # a mean of n averages with coherence γ² scatters by (1 − γ²) / (γ² n): 0.1 / 0.9 / 10
     coherent = Scatter.of_coherence(frf, np.full(frf.values.shape, 0.9), 10)
     np.testing.assert_allclose(coherent.variance, np.abs(frf.values) ** 2 / 90, rtol=1e-12)
-    for wrong in (
+    refused: tuple[Callable[[], object], ...] = (
         lambda: Scatter.of_repeats(repeats[:1]),
         lambda: Scatter.of_coherence(frf, np.zeros(frf.values.shape), 3),
         lambda: Scatter.of_coherence(frf, np.ones(frf.values.shape), 0),
         lambda: Scatter.relative(frf, -0.1),
-    ):
+    )
+    for wrong in refused:
         with pytest.raises(FbsError):
             wrong()
 

@@ -205,7 +205,7 @@ def test_what_is_left_out_shows_in_the_truncation(harmonics: int, combinations: 
 def test_constant_springs_are_frfs_times_the_errors_force() -> None:
     """κ = 0: d = Y (k + jωc) e, and nothing at 0 Hz."""
     system, springs = planetary(np.random.default_rng(8), 4, [2.0] * 4)
-    springs = [replace(spring, variation=[]) for spring in springs]
+    springs = [replace(spring, variation=np.array([], complex)) for spring in springs]
     found = steady_state(system, springs, [1.0, 4.0, 9.0])
     for line, order in ((2, 2), (1, 1)):
         frequency = found.frequency[:, line]
@@ -361,14 +361,15 @@ def test_a_speed_does_not_depend_on_the_others(seed: int) -> None:
 
 def test_what_cannot_be_solved() -> None:
     system, springs = planetary(np.random.default_rng(9), 3, [1.0] * 3, free=True)
+    none = np.array([], complex)
     with pytest.raises(FbsError, match="no spring varies"):
-        steady_state(system, [replace(springs[0], variation=[], error=[])], [1.0])
+        steady_state(system, [replace(springs[0], variation=none, error=none)], [1.0])
     with pytest.raises(FbsError, match="no springs"):
         steady_state(system, [], [1.0])
     with pytest.raises(FbsError, match="'mesh 0': vector has 2 entries, the system 4"):
-        steady_state(system, [replace(springs[0], vector=[1.0, 0.0])], [1.0])
+        steady_state(system, [replace(springs[0], vector=np.array([1.0, 0.0]))], [1.0])
     with pytest.raises(FbsError, match="'mesh 0' is strained by a motion that K leaves free"):
-        steady_state(system, [replace(springs[0], vector=[1.0, 0, 0, 0])], [1.0])
+        steady_state(system, [replace(springs[0], vector=np.array([1.0, 0, 0, 0]))], [1.0])
     with pytest.raises(FbsError, match=r"loss factor 0\.01"):
         steady_state(replace(system, loss_factor=0.01), springs, [1.0])
     for wrong in (0.0, -1.0, np.nan):

@@ -65,7 +65,7 @@ def test_an_ode_solver_finds_the_same(ratios: tuple[float, ...], rate: float) ->
     """DOP853 over a period; modes decoupled and coupled by damping, one period and multiples."""
     system, springs = planetary(np.random.default_rng(2), 3, ratios, beta=1e-5, variation=0.5)
     system = damped_by(system, rate)
-    homogeneous = [replace(s, error=[], static_force=0.0) for s in springs]
+    homogeneous = [replace(s, error=np.array([], complex), static_force=0.0) for s in springs]
     shafts = np.array([13.0, 21.0, 42.0])
     found = stability(system, springs, shafts)
     assert found.period == pytest.approx(1 / shafts)
@@ -108,7 +108,7 @@ def test_modes_left_out_follow_as_springs() -> None:
 def test_one_answer_for_each_period() -> None:
     """No period in common: refused together, and answered apart as if the others were constant."""
     system, springs = planetary(np.random.default_rng(4), 4, (1.0, 1.618, 1.0, 1.0), variation=0.4)
-    springs[3] = replace(springs[3], variation=[])
+    springs[3] = replace(springs[3], variation=np.array([], complex))
     with pytest.raises(NoCommonPeriodError, match=r"vary 1, 1\.618 times per turn"):
         stability(system, springs, [10.0])
     found = dict(stability_by_period(system, springs, [10.0, 20.0]))
@@ -119,7 +119,7 @@ def test_one_answer_for_each_period() -> None:
 
 def test_without_variation_the_poles_remain() -> None:
     system, springs = planetary(np.random.default_rng(5), 3, [1.0] * 3)
-    still = [replace(spring, variation=[]) for spring in springs]
+    still = [replace(spring, variation=np.array([], complex)) for spring in springs]
     found = stability(system, still, [7.0])
     squares = np.linalg.eigvals(np.linalg.solve(system.mass, system.stiffness)).real
     assert found.growth_rate == pytest.approx([-5e-4 * squares.min() / 2], rel=1e-9)

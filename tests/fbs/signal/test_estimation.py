@@ -1,6 +1,10 @@
 """FRFs from records against the FRFs of the systems that made them."""
 
+from __future__ import annotations
+
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -26,6 +30,7 @@ from fbs import (
     impulse_frf,
     periodic_frf,
 )
+from fbs.signal.estimation import Estimate, Estimator
 from tests.fbs.fbs_systems import random_system, scaled_error
 
 FS, N = 16384, 4096  # lines every 4 Hz
@@ -33,7 +38,9 @@ BAND = frequency_axis(20, 6000, 4)
 SYSTEM = random_system(np.random.default_rng(3), 4, beta=lambda rng: rng.uniform(1e-6, 4e-6))
 
 
-def multisine(rng, n=N, fs=FS, band=BAND, n_input=1):
+def multisine(
+    rng: np.random.Generator, n: int = N, fs: Any = FS, band: Any = BAND, n_input: int = 1
+) -> Any:
     """Random phases, unit amplitude at every line of the band, (n, n_input)."""
     spectrum = np.zeros((n // 2 + 1, n_input), dtype=complex)
     index = np.rint(band * n / fs).astype(int)
@@ -41,7 +48,14 @@ def multisine(rng, n=N, fs=FS, band=BAND, n_input=1):
     return np.fft.irfft(spectrum, n, axis=0)
 
 
-def steady_output(system, force, inputs, outputs, quantity="receptance", fs=FS):
+def steady_output(
+    system: SecondOrderSystem,
+    force: Any,
+    inputs: Any,
+    outputs: Any,
+    quantity: str = "receptance",
+    fs: Any = FS,
+) -> Any:
     """The steady periodic response, exact: H U at every line the period has."""
     spectrum = np.fft.rfft(force, axis=0)
     frequency = np.arange(len(spectrum)) * fs / len(force)
@@ -52,13 +66,23 @@ def steady_output(system, force, inputs, outputs, quantity="receptance", fs=FS):
     return np.fft.irfft(response, len(force), axis=0)
 
 
-def steady_record(system, force, inputs, outputs, quantity="receptance", periods=1, fs=FS):
+def steady_record(
+    system: SecondOrderSystem,
+    force: Any,
+    inputs: Any,
+    outputs: Any,
+    quantity: str = "receptance",
+    periods: int = 1,
+    fs: Any = FS,
+) -> Any:
     y = steady_output(system, force, inputs, outputs, quantity, fs)
     tiled = (np.tile(force, (periods, 1)), np.tile(y, (periods, 1)))
     return Record(fs, *tiled, tuple(inputs), tuple(outputs), quantity)
 
 
-def noisy(record, rng, of_inputs=0.0, of_outputs=0.0):
+def noisy(
+    record: Record, rng: np.random.Generator, of_inputs: float = 0.0, of_outputs: float = 0.0
+) -> Any:
     """White noise of those rms values on top."""
     f, y = record.inputs, record.outputs
     return replace(
@@ -68,14 +92,14 @@ def noisy(record, rng, of_inputs=0.0, of_outputs=0.0):
     )
 
 
-def gain_record(gain=2.0, periods=400, n=64, seed=0):
+def gain_record(gain: float = 2.0, periods: int = 400, n: int = 64, seed: int = 0) -> Any:
     """y = gain u with |U| the same at every line but 0 and Nyquist."""
     force = multisine(np.random.default_rng(seed), n, n, np.arange(1.0, n // 2))
     force = np.tile(force / force.std(), (periods, 1))
     return Record(n, force, gain * force, ("f",), ("y",), "receptance")
 
 
-def noise_record(seed=0, n=1024, n_input=2, n_output=2):
+def noise_record(seed: int = 0, n: int = 1024, n_input: int = 2, n_output: int = 2) -> Any:
     """Uncorrelated inputs, outputs that follow them at once, and noise."""
     rng = np.random.default_rng(seed)
     f = rng.standard_normal((n, n_input))
@@ -87,7 +111,7 @@ def noise_record(seed=0, n=1024, n_input=2, n_output=2):
 # --- records ------------------------------------------------------------------------------------
 
 
-def test_a_record_is_not_changed_by_what_the_caller_does_to_the_arrays():
+def test_a_record_is_not_changed_by_what_the_caller_does_to_the_arrays() -> None:
     f, y = np.zeros((5, 1)), np.zeros((5, 2))
     record = Record(10, f, y, ("a",), ("a", "b"), "mobility")
     f[:] = np.nan
@@ -101,13 +125,13 @@ def test_a_record_is_not_changed_by_what_the_caller_does_to_the_arrays():
     assert np.array_equal(record.time, np.arange(5) / 10)
 
 
-def test_the_reciprocal_of_a_time_step_is_a_whole_number_of_hertz():
+def test_the_reciprocal_of_a_time_step_is_a_whole_number_of_hertz() -> None:
     record = noise_record()
     assert replace(record, sampling_frequency=1 / 1e-5).sampling_frequency == 100000.0
     assert replace(record, sampling_frequency=12.5).sampling_frequency == 12.5
 
 
-def test_span_takes_samples_by_time():
+def test_span_takes_samples_by_time() -> None:
     record = noise_record()
     part = record.span(0.1, 0.3)
     assert np.array_equal(part.outputs, record.outputs[100:300])
@@ -118,7 +142,7 @@ def test_span_takes_samples_by_time():
 
 
 @pytest.mark.parametrize("fs", [1000, 51200, 1 / 3e-5, 0.25])
-def test_uniform_time_gives_the_sampling_frequency(fs):
+def test_uniform_time_gives_the_sampling_frequency(fs: float) -> None:
     record = noise_record()
     time = 3.0 + np.arange(record.n_sample) / fs
     args = (record.inputs, record.outputs, record.excitations, record.responses, "mobility")
@@ -128,14 +152,14 @@ def test_uniform_time_gives_the_sampling_frequency(fs):
         assert again.sampling_frequency == fs
 
 
-def test_a_time_column_of_nine_digits_is_uniform():
+def test_a_time_column_of_nine_digits_is_uniform() -> None:
     record = noise_record()
     time = np.array([float(f"{n / 51200:.9f}") for n in range(record.n_sample)])
     args = (record.inputs, record.outputs, record.excitations, record.responses, "mobility")
     assert Record.from_time(time, *args).sampling_frequency == 51200
 
 
-def test_a_gap_in_time_is_named():
+def test_a_gap_in_time_is_named() -> None:
     record = noise_record(n=100)
     time = np.arange(100) / 1000
     time[40:] += 0.0005
@@ -155,7 +179,7 @@ def test_a_gap_in_time_is_named():
         Record.from_time(np.where(np.arange(100) == 7, np.nan, np.arange(100)), *args)
 
 
-def test_bad_records_are_refused():
+def test_bad_records_are_refused() -> None:
     f, y = np.zeros((5, 1)), np.zeros((5, 2))
     good = Record(10, f, y, ("a",), ("a", "b"), "mobility")
     with pytest.raises(FbsError, match=r"inputs have shape \(5,\)"):
@@ -165,20 +189,20 @@ def test_bad_records_are_refused():
     with pytest.raises(FbsError, match="5 samples and the outputs 4"):
         replace(good, outputs=y[:4])
     with pytest.raises(FbsError, match="real"):
-        replace(good, inputs=f * 1j)
+        replace(good, inputs=f * 1j)  # type: ignore[arg-type]
     with pytest.raises(FbsError, match="labels"):
         replace(good, excitations=(), inputs=np.zeros((5, 0)))
     with pytest.raises(AmbiguousDofError, match="'a' more than once"):
         replace(good, responses=("a", "a"))
     with pytest.raises(QuantityMismatchError, match="compliance"):
-        replace(good, quantity="compliance")
+        replace(good, quantity="compliance")  # type: ignore[arg-type]
     for rate in (0.0, -1.0, np.nan, np.inf):
         with pytest.raises(FbsError, match="sampling frequency must be"):
             replace(good, sampling_frequency=rate)
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])
-def test_a_bad_sample_is_named(value):
+def test_a_bad_sample_is_named(value: float) -> None:
     y = np.zeros((50, 2))
     y[30:32, 1] = value
     with pytest.raises(NonFiniteError, match=rf"'b' is {value} at sample 30 \(3 s; 2 values"):
@@ -189,7 +213,7 @@ def test_a_bad_sample_is_named(value):
 
 
 @pytest.mark.parametrize("quantity", ["receptance", "mobility", "accelerance"])
-def test_a_multisine_gives_the_frf_itself(quantity):
+def test_a_multisine_gives_the_frf_itself(quantity: str) -> None:
     force = multisine(np.random.default_rng(1))
     record = steady_record(SYSTEM, force, ["x1"], ["x0", "x1", "x3"], quantity)
     estimate = periodic_frf(record, N)
@@ -207,7 +231,7 @@ def test_a_multisine_gives_the_frf_itself(quantity):
     assert estimate.frf.values.strides[0] == 16
 
 
-def test_several_inputs_with_other_phases_or_one_at_a_time():
+def test_several_inputs_with_other_phases_or_one_at_a_time() -> None:
     rng = np.random.default_rng(2)
     inputs, outputs = ["x0", "x2", "x3"], ["x0", "x1", "x2"]
     reference = direct_frf(SYSTEM, BAND, outputs, inputs)
@@ -223,7 +247,7 @@ def test_several_inputs_with_other_phases_or_one_at_a_time():
             assert scaled_error(estimate.frf, reference).max() < 1e-10
 
 
-def test_a_transient_is_left_out_and_the_last_periods_are_taken():
+def test_a_transient_is_left_out_and_the_last_periods_are_taken() -> None:
     force = multisine(np.random.default_rng(1))
     record = steady_record(SYSTEM, force, ["x1"], ["x0"], periods=4)
     y = record.outputs.copy()
@@ -234,11 +258,13 @@ def test_a_transient_is_left_out_and_the_last_periods_are_taken():
     assert estimate.n_averages == 2
     reference = direct_frf(SYSTEM, BAND, ["x0"], ["x1"])
     assert scaled_error(estimate.frf, reference).max() < 1e-10
+    assert estimate.coherence is not None
     assert estimate.coherence.min() > 1 - 1e-12
+    assert estimate.variance is not None
     assert np.sqrt(estimate.variance.max()) < 1e-10 * np.abs(reference.values).max()
 
 
-def test_the_lines_asked_for_are_the_lines_given():
+def test_the_lines_asked_for_are_the_lines_given() -> None:
     force = multisine(np.random.default_rng(1))
     record = steady_record(SYSTEM, force, ["x1"], ["x0"])
     wanted = np.array([100.0, 104.0, 3000.0])
@@ -253,7 +279,7 @@ def test_the_lines_asked_for_are_the_lines_given():
         periodic_frf(record, N, fmin=6500, fmax=7000)
 
 
-def test_the_variance_is_that_of_the_estimate():
+def test_the_variance_is_that_of_the_estimate() -> None:
     rng = np.random.default_rng(5)
     inputs, outputs, periods = ["x0", "x3"], ["x0", "x2"], 40
     reference = direct_frf(SYSTEM, BAND, outputs, inputs, "accelerance")
@@ -269,7 +295,7 @@ def test_the_variance_is_that_of_the_estimate():
     assert np.allclose((error / estimate.variance).mean(axis=0), 1, atol=0.12)
 
 
-def test_experiments_that_disagree_are_not_noise():
+def test_experiments_that_disagree_are_not_noise() -> None:
     """More experiments than inputs, one of a stiffer system: it repeats all the same."""
     rng = np.random.default_rng(5)
     stiffer = replace(SYSTEM, stiffness=1.5 * SYSTEM.stiffness)
@@ -278,24 +304,26 @@ def test_experiments_that_disagree_are_not_noise():
         for system in (SYSTEM, stiffer)
     ]
     estimate = periodic_frf(records, N)
+    assert estimate.variance is not None
     assert np.sqrt(estimate.variance).max() < 1e-8 * np.abs(estimate.frf.values).max()
 
 
-def test_a_preload_does_not_hide_the_excited_lines():
+def test_a_preload_does_not_hide_the_excited_lines() -> None:
     record = steady_record(SYSTEM, multisine(np.random.default_rng(1)), ["x1"], ["x0"])
     loaded = replace(record, inputs=record.inputs + 1e5)
     assert np.array_equal(periodic_frf(loaded, N).frf.frequency, BAND)
 
 
-def test_the_coherence_of_periods_is_the_share_that_repeats():
+def test_the_coherence_of_periods_is_the_share_that_repeats() -> None:
     record = noisy(gain_record(periods=2000), np.random.default_rng(7), of_outputs=1.0)
     estimate = periodic_frf(record, 64)
     # signal 4, noise 1 over 32 lines; the white noise has 2 / 64 of its power on each
     snr = 4 / 31 / (1 / 32)
+    assert estimate.coherence is not None
     assert estimate.coherence.mean() == pytest.approx(snr / (snr + 1), abs=0.003)
 
 
-def test_periodic_refuses():
+def test_periodic_refuses() -> None:
     rng = np.random.default_rng(1)
     record = steady_record(SYSTEM, multisine(rng), ["x1"], ["x0"], periods=2)
     with pytest.raises(FbsError, match="8192 samples, less than one period of 8193"):
@@ -309,7 +337,7 @@ def test_periodic_refuses():
     with pytest.raises(FbsError, match="period_samples must be at least 2, got 0"):
         periodic_frf(record, 0)
     with pytest.raises(FbsError, match=r"period_samples must be a whole number, got 4096\.0"):
-        periodic_frf(record, 4096.0)
+        periodic_frf(record, 4096.0)  # type: ignore[arg-type]
     with pytest.raises(FbsError, match="no records given"):
         periodic_frf([], N)
     with pytest.raises(FbsError, match="input 'x1' is zero, or constant, and excites nothing"):
@@ -324,7 +352,7 @@ def test_periodic_refuses():
         periodic_frf([two, replace(two, excitations=("x1", "x3"))], N)
 
 
-def test_only_the_lines_where_inputs_are_alike_are_named():
+def test_only_the_lines_where_inputs_are_alike_are_named() -> None:
     rng = np.random.default_rng(1)
     one, two = multisine(rng, n_input=2), multisine(rng, n_input=2)
     spectra = np.fft.rfft(one, axis=0), np.fft.rfft(two, axis=0)
@@ -336,9 +364,9 @@ def test_only_the_lines_where_inputs_are_alike_are_named():
     assert np.array_equal(caught.value.frequencies, [120, 160])
 
 
-def test_estimates_couple_like_any_other_frf():
+def test_estimates_couple_like_any_other_frf() -> None:
     rng = np.random.default_rng(9)
-    damped = {"beta": lambda rng: 3e-6}
+    damped: dict[str, Any] = {"beta": lambda rng: 3e-6}
     a, b = random_system(rng, 4, "a", **damped), random_system(rng, 3, "b", **damped)
     estimates, references = {}, {}
     for name, system in (("a", a), ("b", b)):
@@ -359,7 +387,7 @@ def test_estimates_couple_like_any_other_frf():
 
 
 @pytest.mark.parametrize("held", [True, False])
-def test_a_force_not_band_limited_shows_as_its_hold(held):
+def test_a_force_not_band_limited_shows_as_its_hold(held: bool) -> None:
     """Zero-order hold: sinc and half a step of delay; straight lines between samples: sinc^2."""
     n, fs = 2048, 2e5
     band = np.arange(1.0, 41) * fs / n
@@ -385,9 +413,9 @@ def test_a_force_not_band_limited_shows_as_its_hold(held):
 
 
 @pytest.mark.parametrize("call", ["periodic", "averaged", "impulse"])
-def test_nothing_is_estimated_at_or_above_nyquist(call):
+def test_nothing_is_estimated_at_or_above_nyquist(call: str) -> None:
     record = noise_record(n_input=1)
-    estimate = {
+    estimate: Callable[..., Estimate] = {
         "periodic": lambda **k: periodic_frf(record, 1024, **k),
         "averaged": lambda **k: averaged_frf(record, 128, **k),
         "impulse": lambda **k: impulse_frf(record, max_remainder=2, **k),
@@ -408,22 +436,23 @@ def test_nothing_is_estimated_at_or_above_nyquist(call):
 
 # --- averaged -----------------------------------------------------------------------------------
 
-BOXCAR = {"segment": 64, "overlap": 0.0, "window": "boxcar"}
+BOXCAR: dict[str, Any] = {"segment": 64, "overlap": 0.0, "window": "boxcar"}
 
 
 @pytest.mark.parametrize("estimator", ["H1", "H2", "Hv"])
-def test_without_noise_all_estimators_are_exact(estimator):
+def test_without_noise_all_estimators_are_exact(estimator: Estimator) -> None:
     force = multisine(np.random.default_rng(1))
     record = steady_record(SYSTEM, force, ["x1"], ["x0", "x1", "x3"], periods=3)
     estimate = averaged_frf(record, N, overlap=0.5, window="boxcar", estimator=estimator)
     reference = direct_frf(SYSTEM, BAND, ["x0", "x1", "x3"], ["x1"])
     assert np.array_equal(estimate.frf.frequency, BAND)
     assert scaled_error(estimate.frf, reference).max() < 1e-10
+    assert estimate.coherence is not None
     assert estimate.coherence.min() > 1 - 1e-10
     assert (estimate.kind, estimate.n_averages) == (estimator, 5)
 
 
-def test_without_noise_hv_is_exact_for_any_ratio_and_unit():
+def test_without_noise_hv_is_exact_for_any_ratio_and_unit() -> None:
     record = steady_record(SYSTEM, multisine(np.random.default_rng(1)), ["x1"], ["x0"], periods=3)
     estimate = averaged_frf(record, N, window="boxcar", estimator="Hv", noise_ratio=1.0)
     reference = direct_frf(SYSTEM, BAND, ["x0"], ["x1"])  # 1e-8 m/N
@@ -431,7 +460,7 @@ def test_without_noise_hv_is_exact_for_any_ratio_and_unit():
 
 
 @pytest.mark.parametrize("estimator", ["H1", "H2", "Hv"])
-def test_without_noise_two_inputs_are_told_apart(estimator):
+def test_without_noise_two_inputs_are_told_apart(estimator: Estimator) -> None:
     rng = np.random.default_rng(6)
     dofs = ["x1", "x3"]
     records = [steady_record(SYSTEM, multisine(rng, n_input=2), dofs, dofs) for _ in range(6)]
@@ -442,7 +471,7 @@ def test_without_noise_two_inputs_are_told_apart(estimator):
     assert estimate.n_averages == 6
 
 
-def test_the_biases_of_noise_are_those_of_theory():
+def test_the_biases_of_noise_are_those_of_theory() -> None:
     """H1 = H / (1 + n_f / s_f), |H2| = H (1 + n_y / s_y), gamma^2 = the ratio of both."""
     in_noise, out_noise = 0.3, 0.8
     exact = gain_record(2.0, periods=4000)
@@ -457,12 +486,14 @@ def test_the_biases_of_noise_are_those_of_theory():
     assert gain["H2"] == pytest.approx(2 * (1 + of_output), rel=4e-3)
     assert gain["Hv"] == pytest.approx(np.sqrt(gain["H1"] * gain["H2"]), rel=1e-3)
     coherence = 1 / ((1 + of_input) * (1 + of_output))
-    assert result["H1"].coherence.mean() == pytest.approx(coherence, rel=4e-3)
+    found = result["H1"].coherence
+    assert found is not None
+    assert found.mean() == pytest.approx(coherence, rel=4e-3)
     known = averaged_frf(record, **BOXCAR, estimator="Hv", noise_ratio=(out_noise / in_noise) ** 2)
     assert np.abs(known.frf.values).mean() == pytest.approx(2, rel=4e-3)
 
 
-def test_hv_with_the_true_ratio_is_unbiased_for_two_inputs():
+def test_hv_with_the_true_ratio_is_unbiased_for_two_inputs() -> None:
     rng = np.random.default_rng(12)
     gain = np.array([[2.0, -1.0], [0.5, 3.0], [1.0, 1.0]])
     f = rng.standard_normal((64 * 4000, 2))
@@ -474,20 +505,25 @@ def test_hv_with_the_true_ratio_is_unbiased_for_two_inputs():
     assert np.allclose(low, gain / 1.09, atol=0.01)
 
 
-def test_the_multiple_coherence_counts_all_inputs():
+def test_the_multiple_coherence_counts_all_inputs() -> None:
     rng = np.random.default_rng(13)
     f = rng.standard_normal((64 * 3000, 2))
     y = f @ [[1.0], [2.0]] + rng.standard_normal((len(f), 1))
     record = Record(64, f, y, ("a", "b"), ("y",), "mobility")
-    assert averaged_frf(record, **BOXCAR).coherence.mean() == pytest.approx(5 / 6, abs=3e-3)
+    found = averaged_frf(record, **BOXCAR).coherence
+    assert found is not None
+    assert found.mean() == pytest.approx(5 / 6, abs=3e-3)
     alone = replace(record, inputs=f[:, 1:], excitations=("b",))
-    assert averaged_frf(alone, **BOXCAR).coherence.mean() == pytest.approx(4 / 6, abs=3e-3)
+    found = averaged_frf(alone, **BOXCAR).coherence
+    assert found is not None
+    assert found.mean() == pytest.approx(4 / 6, abs=3e-3)
 
 
-def test_the_ordinary_coherence_is_h1_over_h2_and_scipys():
+def test_the_ordinary_coherence_is_h1_over_h2_and_scipys() -> None:
     record = noise_record(n_input=1, n=4096)
     h1, h2 = (averaged_frf(record, 256, estimator=e) for e in ("H1", "H2"))
     ratio = (h1.frf.values / h2.frf.values)[:, :, 0]
+    assert h1.coherence is not None
     assert np.allclose(ratio, h1.coherence, atol=1e-12)
     _, expected = scipy.signal.coherence(
         record.inputs[:, 0], record.outputs[:, 0], 1000, nperseg=256, noverlap=128
@@ -495,7 +531,7 @@ def test_the_ordinary_coherence_is_h1_over_h2_and_scipys():
     assert np.allclose(h1.coherence[:, 0], expected[1:-1], atol=1e-12)
 
 
-def test_too_little_data_has_no_coherence():
+def test_too_little_data_has_no_coherence() -> None:
     record = noise_record(n=128)
     estimate = averaged_frf(record, 64, overlap=0, max_condition=1e6)
     assert estimate.coherence is None
@@ -503,12 +539,13 @@ def test_too_little_data_has_no_coherence():
         averaged_frf(record, 128)
 
 
-def test_a_silent_output_is_zero():
+def test_a_silent_output_is_zero() -> None:
     record = noise_record()
     silent = replace(record, outputs=record.outputs * [0, 1])
     for estimator in ("H1", "Hv"):
         estimate = averaged_frf(silent, 128, estimator=estimator)
         assert not estimate.frf.values[:, 0].any()
+        assert estimate.coherence is not None
         assert not estimate.coherence[:, 0].any()
     with pytest.raises(SingularLineError, match="H2 divides by, are singular"):
         averaged_frf(silent, 128, estimator="H2")
@@ -517,7 +554,7 @@ def test_a_silent_output_is_zero():
         averaged_frf(one, 128, estimator="H2")
 
 
-def test_an_output_without_anything_in_common_has_no_hv():
+def test_an_output_without_anything_in_common_has_no_hv() -> None:
     f = np.tile([1.0, 0.0, -1.0, 0.0], 64)[:, None]
     y = f.copy()
     y[128:] *= -1  # in phase half of the time, against it the other half
@@ -526,7 +563,7 @@ def test_an_output_without_anything_in_common_has_no_hv():
         averaged_frf(record, 4, overlap=0, window="boxcar", estimator="Hv")
 
 
-def test_a_preload_does_not_leak():
+def test_a_preload_does_not_leak() -> None:
     record = noise_record(n=4096)
     shifted = replace(record, inputs=record.inputs + 1e3, outputs=record.outputs - 1e4)
     plain, preloaded = averaged_frf(record, 256), averaged_frf(shifted, 256)
@@ -534,7 +571,7 @@ def test_a_preload_does_not_leak():
     assert scaled_error(averaged_frf(shifted, 256, remove_mean=False).frf, plain.frf).max() > 1e-3
 
 
-def test_pieces_of_a_run_come_one_by_one():
+def test_pieces_of_a_run_come_one_by_one() -> None:
     record = noise_record(n=4096)
     whole = averaged_frf(record, 256, overlap=0)
     pieces = (record.span(k * 1.024, (k + 1) * 1.024) for k in range(4))
@@ -543,14 +580,14 @@ def test_pieces_of_a_run_come_one_by_one():
     assert np.allclose(joined.frf.values, whole.frf.values, rtol=1e-12)
 
 
-def test_a_window_is_a_name_or_its_values():
+def test_a_window_is_a_name_or_its_values() -> None:
     record = noise_record()
     by_name = averaged_frf(record, 128, window=("kaiser", 8.0))
     by_values = averaged_frf(record, 128, window=7 * scipy.signal.get_window(("kaiser", 8.0), 128))
     assert np.allclose(by_name.frf.values, by_values.frf.values, rtol=1e-12)
 
 
-def test_a_sweep_is_one_long_segment():
+def test_a_sweep_is_one_long_segment() -> None:
     """From rest to rest, so that the record holds all of the response: H1 of one segment."""
     n, fs = 16 * N, FS
     time = np.arange(n) / fs
@@ -567,7 +604,7 @@ def test_a_sweep_is_one_long_segment():
     assert scaled_error(estimate.frf, reference).max() < 1e-9
 
 
-def test_noise_with_h1_converges_to_the_frf():
+def test_noise_with_h1_converges_to_the_frf() -> None:
     rng = np.random.default_rng(14)
     force = rng.standard_normal((256 * N, 1))
     record = steady_record(SYSTEM, force, ["x1"], ["x0", "x1"])
@@ -575,16 +612,17 @@ def test_noise_with_h1_converges_to_the_frf():
     reference = direct_frf(SYSTEM, estimate.frf.frequency, ["x0", "x1"], ["x1"])
     # leakage at the sharpest peak: 3 dB width 2 zeta f of some 20 Hz against lines every 1 Hz
     assert scaled_error(estimate.frf, reference).max() < 0.05
+    assert estimate.coherence is not None
     assert np.median(estimate.coherence) > 0.9999
 
 
-def test_averaged_refuses():
+def test_averaged_refuses() -> None:
     record = noise_record()
     one = replace(record, inputs=record.inputs[:, :1], excitations=("f0",))
     with pytest.raises(FbsError, match="record 0 has 1024 samples, less than one segment of 2000"):
         averaged_frf(record, 2000)
     with pytest.raises(FbsError, match="estimator must be one of 'H1', 'H2', 'Hv', got 'H3'"):
-        averaged_frf(record, 128, estimator="H3")
+        averaged_frf(record, 128, estimator="H3")  # type: ignore[arg-type]
     with pytest.raises(FbsError, match=r"overlap must be at least 0 and below 1, got 1\.0"):
         averaged_frf(record, 128, overlap=1.0)
     with pytest.raises(FbsError, match="window 'hat'"):
@@ -612,12 +650,19 @@ def test_averaged_refuses():
 # --- impacts ------------------------------------------------------------------------------------
 
 
-def pulse(n, fs=FS, width=4.0, start=40):
+def pulse(n: int, fs: Any = FS, width: float = 4.0, start: int = 40) -> Any:
     """A Gaussian force: nothing above Nyquist (exp(-79)) and nothing after 50 samples."""
     return np.exp(-(((np.arange(n) - start) / width) ** 2) / 2)[:, None]
 
 
-def struck(system, dof, outputs, n, quantity="receptance", among=None):
+def struck(
+    system: SecondOrderSystem,
+    dof: Any,
+    outputs: Any,
+    n: int,
+    quantity: str = "receptance",
+    among: Any = None,
+) -> Any:
     """The first n samples after an impact from rest, cut from a period long enough to forget."""
     force = pulse(64 * N)
     among = among or [dof]
@@ -630,7 +675,7 @@ def struck(system, dof, outputs, n, quantity="receptance", among=None):
     return record.span(0, n / FS)
 
 
-def test_an_impact_that_dies_out_gives_the_frf():
+def test_an_impact_that_dies_out_gives_the_frf() -> None:
     estimate = impulse_frf(struck(SYSTEM, "x1", ["x0", "x1"], 16 * N), fmin=20, fmax=6000)
     reference = direct_frf(SYSTEM, estimate.frf.frequency, ["x0", "x1"], ["x1"])
     assert scaled_error(estimate.frf, reference).max() < 1e-9
@@ -638,7 +683,7 @@ def test_an_impact_that_dies_out_gives_the_frf():
     assert estimate.added_damping == 0
 
 
-def test_the_exponential_window_adds_the_damping_it_says():
+def test_the_exponential_window_adds_the_damping_it_says() -> None:
     decay = 400.0
     record = struck(SYSTEM, "x1", ["x0", "x1"], N // 2)
     assert np.abs(record.outputs[-100:]).max() > 1e-3 * np.abs(record.outputs).max()
@@ -652,7 +697,7 @@ def test_the_exponential_window_adds_the_damping_it_says():
     assert scaled_error(estimate.frf, without).max() > 0.1
 
 
-def test_impacts_at_several_points_are_the_columns():
+def test_impacts_at_several_points_are_the_columns() -> None:
     dofs = ["x0", "x2"]
     records = [struck(SYSTEM, dof, ["x1", "x2"], 16 * N, among=dofs) for dof in dofs]
     estimate = impulse_frf(records, fmin=20, fmax=6000)
@@ -662,10 +707,11 @@ def test_impacts_at_several_points_are_the_columns():
     rng = np.random.default_rng(1)
     many = impulse_frf([noisy(r, rng, 0, 1e-12) for r in records * 5], fmin=20, fmax=6000)
     assert many.n_averages == 10
+    assert many.coherence is not None
     assert 0.9 < np.median(many.coherence) < 1
 
 
-def free_accelerations(n):
+def free_accelerations(n: int) -> Any:
     """Two masses on one spring, struck at the first: exact, rigid motion included."""
     m, k, c = 2.0, 4e6, 60.0
     frequency = np.arange(32 * N // 2 + 1) * FS / (32 * N)
@@ -674,13 +720,13 @@ def free_accelerations(n):
     force = pulse(32 * N)
     spectrum = np.fft.rfft(force[:, 0])
     y = np.stack([(1 / (2 * m) + s * elastic) * spectrum for s in (1, -1)], axis=-1)
-    y = np.fft.irfft(y, 32 * N, axis=0)
-    record = Record(FS, force, y, ("a",), ("a", "b"), "accelerance").span(0, n / FS)
+    motion = np.fft.irfft(y, 32 * N, axis=0)
+    record = Record(FS, force, motion, ("a",), ("a", "b"), "accelerance").span(0, n / FS)
     stiffness = k * np.array([[1.0, -1], [-1, 1]])
     return record, SecondOrderSystem(m * np.eye(2), c / k * stiffness, stiffness, ("a", "b"))
 
 
-def test_a_free_body_gives_its_accelerance_down_to_zero_hertz():
+def test_a_free_body_gives_its_accelerance_down_to_zero_hertz() -> None:
     record, free = free_accelerations(8 * N)
     estimate = impulse_frf(record, fmin=0, fmax=3000)
     assert np.allclose(estimate.frf.values[0, :, 0], 1 / 4.0, rtol=1e-9)  # 1 / total mass
@@ -691,14 +737,14 @@ def test_a_free_body_gives_its_accelerance_down_to_zero_hertz():
     assert scaled_error(above.to("receptance"), receptance).max() < 1e-9
 
 
-def test_a_drifting_displacement_is_refused():
+def test_a_drifting_displacement_is_refused() -> None:
     record, _ = free_accelerations(8 * N)
     drifting = np.cumsum(np.cumsum(record.outputs, axis=0), axis=0) / FS**2
     with pytest.raises(FbsError, match=r"'a' is still at 100 % .* record accelerations"):
         impulse_frf(replace(record, outputs=drifting, quantity="receptance"))
 
 
-def test_a_free_body_under_a_multisine():
+def test_a_free_body_under_a_multisine() -> None:
     system, force = free_accelerations(8 * N)[1], multisine(np.random.default_rng(1))
     record = steady_record(system, force, ["a"], ["a", "b"], "accelerance", periods=2)
     # a rigid velocity and place of any size are not in the accelerations
@@ -707,7 +753,7 @@ def test_a_free_body_under_a_multisine():
     assert scaled_error(estimate.frf, reference).max() < 1e-10
 
 
-def test_impulse_refuses():
+def test_impulse_refuses() -> None:
     record = struck(SYSTEM, "x1", ["x0"], 4 * N)
     with pytest.raises(FbsError, match="record 1 has 100 samples and record 0 16384"):
         impulse_frf([record, record.span(0, 100 / FS)])
@@ -731,7 +777,7 @@ def test_impulse_refuses():
 
 # --- properties ---------------------------------------------------------------------------------
 
-ESTIMATES = {
+ESTIMATES: dict[str, Callable[[Record], Estimate]] = {
     "H1": lambda r: averaged_frf(r, 64),
     "H2": lambda r: averaged_frf(r, 64, estimator="H2"),
     "Hv": lambda r: averaged_frf(r, 64, estimator="Hv"),
@@ -748,7 +794,7 @@ ESTIMATES = {
     force=st.floats(1e-6, 1e6),
     motion=st.floats(1e-9, 1e3),
 )
-def test_estimates_scale_with_the_units(kind, seed, force, motion):
+def test_estimates_scale_with_the_units(kind: Any, seed: int, force: float, motion: float) -> None:
     record = noise_record(seed, n=768)
     scaled = replace(record, inputs=record.inputs * force, outputs=record.outputs * motion)
     one, other = ESTIMATES[kind](record), ESTIMATES[kind](scaled)
@@ -758,7 +804,7 @@ def test_estimates_scale_with_the_units(kind, seed, force, motion):
 
 @settings(max_examples=25, deadline=None)
 @given(kind=st.sampled_from(sorted(ESTIMATES)), seed=st.integers(0, 1000))
-def test_estimates_do_not_depend_on_the_order_of_channels(kind, seed):
+def test_estimates_do_not_depend_on_the_order_of_channels(kind: Any, seed: int) -> None:
     record = noise_record(seed, n=768)
     turned = Record(
         record.sampling_frequency,
@@ -771,7 +817,7 @@ def test_estimates_do_not_depend_on_the_order_of_channels(kind, seed):
     estimate = ESTIMATES[kind]
     if kind == "periodic":  # its second experiment turns the sign of the second input
 
-        def estimate(r):
+        def estimate(r: Any) -> Any:
             sign = [1 if name == "f0" else -1 for name in r.excitations]
             other = replace(r, inputs=r.inputs * sign, outputs=r.outputs[::-1])
             return periodic_frf([r, other], r.n_sample)
@@ -780,6 +826,7 @@ def test_estimates_do_not_depend_on_the_order_of_channels(kind, seed):
     again = other.frf.select(one.frf.responses, one.frf.excitations)
     assert scaled_error(again, one.frf).max() < 1e-7
     if one.coherence is not None:
+        assert other.coherence is not None
         assert np.allclose(one.coherence, other.coherence[:, ::-1])
 
 
@@ -787,13 +834,13 @@ def test_estimates_do_not_depend_on_the_order_of_channels(kind, seed):
 
 
 @pytest.fixture(scope="module")
-def pyfrf():
+def pyfrf() -> Any:
     from pyFRF import FRF  # takes its time to load
 
     return FRF
 
 
-def peer_of(pyfrf, record, segment, overlap, window):
+def peer_of(pyfrf: Any, record: Record, segment: Any, overlap: Any, window: Any) -> Any:
     # one measurement, (measurement, channel, sample); its sampling frequency must be an int
     return pyfrf(
         int(record.sampling_frequency),
@@ -810,10 +857,12 @@ def peer_of(pyfrf, record, segment, overlap, window):
 
 @pytest.mark.oracle
 @pytest.mark.parametrize(("window", "overlap"), [("none", 0.0), ("hann", 0.5), ("hamming", 0.75)])
-def test_pyfrf_has_the_same_estimates_of_one_input(pyfrf, window, overlap):
+def test_pyfrf_has_the_same_estimates_of_one_input(pyfrf: Any, window: str, overlap: float) -> None:
     record = noise_record(n=8192, n_input=1, n_output=3)
     peer = peer_of(pyfrf, record, 512, overlap, window)
-    values = {"none": np.ones, "hann": np.hanning, "hamming": np.hamming}[window](512)
+    windows: dict[str, Callable[[int], Any]]
+    windows = {"none": np.ones, "hann": np.hanning, "hamming": np.hamming}
+    values = windows[window](512)
     for estimator in ("H1", "H2", "Hv"):
         ours = averaged_frf(
             record, 512, overlap=overlap, window=values, estimator=estimator, noise_ratio=1.0
@@ -822,14 +871,16 @@ def test_pyfrf_has_the_same_estimates_of_one_input(pyfrf, window, overlap):
         expected = np.moveaxis(expected, -1, 0)[1:-1]
         assert np.array_equal(ours.frf.frequency, peer.get_f_axis()[1:-1])
         assert scaled_error(ours.frf, expected).max() < 1e-9
+        assert ours.coherence is not None
         assert np.allclose(ours.coherence.T, peer.get_coherence()[:, 1:-1], atol=1e-9)
 
 
 @pytest.mark.oracle
-def test_pyfrf_has_the_same_estimates_of_two_inputs(pyfrf):
+def test_pyfrf_has_the_same_estimates_of_two_inputs(pyfrf: Any) -> None:
     record = noise_record(n=8192)
     peer = peer_of(pyfrf, record, 512, 0.5, "hann")
     ours = averaged_frf(record, 512, window=np.hanning(512))
     expected = np.moveaxis(peer.get_FRF(frf_estimator="H1", frf_form="accelerance"), -1, 0)[1:-1]
     assert scaled_error(ours.frf, expected).max() < 1e-9
+    assert ours.coherence is not None
     assert np.allclose(ours.coherence.T, peer.get_coherence()[:, 1:-1], atol=1e-9)

@@ -1,5 +1,9 @@
 """Peak-hold of a swept oscillator against integration, and the error of the sweep's rate."""
 
+from __future__ import annotations
+
+from typing import Any
+
 import numpy as np
 import pytest
 import scipy.signal
@@ -7,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fbs import FbsError
+from fbs._kernels.checks import FloatArray
 from fbs.signal.swept_sine import peak_hold, slow_rate, sweep_error, swept_peak
 
 NATURAL, DAMPING, MASS = 100.0, 0.02, 2.0
@@ -14,12 +19,12 @@ OMEGA = 2 * np.pi * NATURAL
 SIGMA = DAMPING * OMEGA
 
 
-def receptance(frequency):
+def receptance(frequency: FloatArray) -> Any:
     w = 2 * np.pi * frequency
     return 1 / (MASS * (OMEGA**2 - w**2 + 2j * SIGMA * w))
 
 
-def swept(criterion, first, last, fs=20000.0):
+def swept(criterion: Any, first: Any, last: Any, fs: float = 20000.0) -> Any:
     """Frequency and response of the oscillator to 3 N swept from first to last, at rest first.
 
     A linear force between samples is the exact input of the recursion; fs is high enough that its
@@ -36,7 +41,9 @@ def swept(criterion, first, last, fs=20000.0):
 
 @pytest.mark.parametrize("criterion", [0.05, 0.3, 1.0])
 @pytest.mark.parametrize(("first", "last"), [(60.0, 150.0), (150.0, 60.0)])
-def test_attenuation_and_shift_are_those_of_an_integrated_sweep(criterion, first, last):
+def test_attenuation_and_shift_are_those_of_an_integrated_sweep(
+    criterion: float, first: float, last: float
+) -> None:
     frequency, response, rate = swept(criterion, first, last)
     held = peak_hold(response, 3.0, frequency, [80.0, 130.0])
     predicted = sweep_error(NATURAL, DAMPING, rate)
@@ -47,7 +54,7 @@ def test_attenuation_and_shift_are_those_of_an_integrated_sweep(criterion, first
     assert predicted.criterion == pytest.approx(np.sign(rate) * criterion, rel=1e-12)
 
 
-def test_slow_sweep_holds_the_frf():
+def test_slow_sweep_holds_the_frf() -> None:
     frequency, response, _ = swept(0.05, 60.0, 150.0)
     edges = np.linspace(70.0, 140.0, 36)
     held = peak_hold(response[:, None] * [1.0, -2.0], 3.0, frequency, edges)
@@ -58,7 +65,7 @@ def test_slow_sweep_holds_the_frf():
     assert ((held.frequency >= edges[:-1, None]) & (held.frequency < edges[1:, None])).all()
 
 
-def test_offset_and_varying_amplitude_do_not_matter():
+def test_offset_and_varying_amplitude_do_not_matter() -> None:
     frequency, response, _ = swept(0.1, 60.0, 150.0)
     edges = [80.0, 100.0, 120.0]
     plain = peak_hold(response, 3.0, frequency, edges)
@@ -68,7 +75,7 @@ def test_offset_and_varying_amplitude_do_not_matter():
 
 
 @given(eps=st.floats(1e-3, 0.02))
-def test_slow_sweeps_follow_the_series(eps):
+def test_slow_sweeps_follow_the_series(eps: float) -> None:
     """With g = j eps / s^2, s = 1 + jx, the integral is (1 + g + 3 g^2 + 15 g^3 + 105 g^4) / s.
 
     Its logarithm, -ln s + g + 5/2 g^2 + 37/3 g^3 + 353/4 g^4, is largest at x = 2 eps - 14 eps^3,
@@ -83,7 +90,7 @@ def test_slow_sweeps_follow_the_series(eps):
 
 
 @pytest.mark.parametrize("eta", [0.5, 1.0, 2.0, 5.0, 10.0])
-def test_attenuation_is_near_the_fit_of_sine_testing(eta):
+def test_attenuation_is_near_the_fit_of_sine_testing(eta: float) -> None:
     """Spacecraft sine tests use 1 - exp(-2.86 eta^-0.445), eta = Q^2 f' / f^2 = pi eps / 2.
 
     The fit is within 1 % of the steady peak for the eta compared; far below and above it is not.
@@ -94,7 +101,7 @@ def test_attenuation_is_near_the_fit_of_sine_testing(eta):
 
 
 @given(eps=st.floats(0.05, 50.0), x=st.floats(-3.0, 8.0))
-def test_faddeeva_function_is_the_integral(eps, x):
+def test_faddeeva_function_is_the_integral(eps: float, x: float) -> None:
     t = np.linspace(0.0, 40.0, 400001)
     values = np.exp(-(1 + 1j * x) * t + 0.5j * eps * t**2)
     resolved = t < 25.0 / max(1.0, np.sqrt(eps))  # the phase turns faster and faster
@@ -105,7 +112,7 @@ def test_faddeeva_function_is_the_integral(eps, x):
     assert swept_peak(np.array([x]), eps)[0] == pytest.approx(abs(integral), abs=cut + 1e-5)
 
 
-def test_slow_rate_and_its_words():
+def test_slow_rate_and_its_words() -> None:
     rate = slow_rate(NATURAL, DAMPING)
     error = sweep_error(NATURAL, DAMPING, rate)
     assert error.criterion == pytest.approx(0.1, rel=1e-12)
@@ -113,7 +120,7 @@ def test_slow_rate_and_its_words():
     assert error.shift / (DAMPING * NATURAL) == pytest.approx(0.19, abs=0.005)
 
 
-def test_what_cannot_be_is_named():
+def test_what_cannot_be_is_named() -> None:
     frequency = np.linspace(10, 20, 100)
     with pytest.raises(FbsError, match="never is between 21 and 30 Hz; it runs from 10 to 20"):
         peak_hold(np.sin(frequency), 1.0, frequency, [10, 21, 30])

@@ -20,7 +20,7 @@ from mbs_models.contact.involute_mesh import (
 from mbs_models.gears.operating_point import operating_point
 from mbs_models.integration.integrators import RK44, TRAPEZOIDAL, Integrator
 from mbs_models.integration.time_integration import simulate
-from mbs_models.model.parameters import Drivetrain
+from mbs_models.model.parameters import Drivetrain, ParallelStage
 from mbs_models.system.displaced import forces_at
 from mbs_models.system.drivetrain import MultibodySystem, build_drivetrain
 from mbs_models.system.linearization import linearize
@@ -168,7 +168,7 @@ def pair_drivetrain(helix: float = 0.0, **damping: float) -> Drivetrain:
 
 def potential_energy(system: MultibodySystem, drivetrain: Drivetrain, q: FloatArray) -> float:
     """½ k δ² of the mesh with δ from the belt, and of the bearings."""
-    (stage,) = drivetrain.stages
+    (stage,) = drivetrain.stages_of(ParallelStage)
     (mesh,) = system.meshes.values()
     values = dict(zip((dof.label.removeprefix("pair.") for dof in system.dofs), q, strict=True))
     # Labels to the plane: the stage's frame is the global one, y along the line of action.
@@ -176,13 +176,13 @@ def potential_energy(system: MultibodySystem, drivetrain: Drivetrain, q: FloatAr
     rolled = values["pinion.w"] - values["wheel.w"]
     transverse = rolled - (belt(mesh.pair, x) - belt(mesh.pair, np.zeros(2)))
     axial = (values["pinion.z"] + values["pinion.rho"]) - (values["wheel.z"] + values["wheel.rho"])
-    tilt = math.radians(stage.helix_angle)  # type: ignore[union-attr]
+    tilt = math.radians(stage.helix_angle)
     deflection = math.cos(tilt) * transverse + math.sin(tilt) * axial
     energy = 0.5 * 3e8 * deflection**2
     for gear in ("pinion", "wheel"):
         for dof, k in (("y", 2e8), ("z", 1e8), ("rho", 1e8)):
             energy += 0.5 * k * values[f"{gear}.{dof}"] ** 2
-    return energy
+    return float(energy)
 
 
 @pytest.mark.parametrize("helix", [0.0, 20.0])

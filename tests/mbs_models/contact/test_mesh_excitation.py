@@ -17,7 +17,7 @@ from mbs_models.errors import ModelError
 from mbs_models.integration.integrators import RK44, TRAPEZOIDAL, Integrator
 from mbs_models.integration.time_integration import simulate
 from mbs_models.model.model_file import dumps, load, loads
-from mbs_models.model.parameters import Drivetrain
+from mbs_models.model.parameters import Drivetrain, ParallelStage, PlanetaryStage
 from mbs_models.signals.waveforms import FourierSeries, Trapezoid
 from mbs_models.stages.mesh_tables import TrapezoidVariation
 from mbs_models.system.drivetrain import build_drivetrain
@@ -107,8 +107,9 @@ def test_stiffness_that_cannot_be_is_refused(table: str, words: str) -> None:
 def test_harmonics_of_more_than_one_may_leave_the_stiffness_positive() -> None:
     """0.9 cos θ + 0.2 cos 2θ ≥ −0.706: the sum of the amplitudes is no bound."""
     table = '{ shape = "harmonics", harmonics = [[0.9, 0.0], [0.2, 0.0]] }'
-    (stage,) = model_with(f"sun_mesh_variation = {table}").stages
-    assert stage.sun_mesh_variation.waveform.value(0.5) == pytest.approx(-0.7)  # type: ignore[union-attr]
+    (stage,) = model_with(f"sun_mesh_variation = {table}").stages_of(PlanetaryStage)
+    assert stage.sun_mesh_variation is not None
+    assert stage.sun_mesh_variation.waveform.value(0.5) == pytest.approx(-0.7)
 
 
 def test_model_files_with_mesh_tables_read_back_equal() -> None:
@@ -314,6 +315,7 @@ def test_exudyn_integrates_the_law_to_the_integrators_order(
             start_state=(start[0], start[1]),
             record=("displacement",),
         )
+        assert record.displacement is not None
         q = dict(zip(record.labels, record.displacement.T, strict=True))
         stretch = q["pair.pinion.w"] + q["pair.pinion.y"] - q["pair.wheel.w"] - q["pair.wheel.y"]
         expected = oracle(record.time)[0]
@@ -326,6 +328,7 @@ def test_exudyn_integrates_the_law_to_the_integrators_order(
 def test_varying_meshes_of_a_parallel_stage() -> None:
     """The mesh's name and its law's way through the parallel stage."""
     drivetrain = with_stage(load("paper"), "reducer", mesh_backlash=1e-5)
-    assert drivetrain.stage("reducer").mesh_backlash == 1e-5  # type: ignore[union-attr]
+    (reducer,) = drivetrain.stages_of(ParallelStage)
+    assert reducer.mesh_backlash == 1e-5
     system = build_drivetrain(drivetrain, {"mesh reducer.pinion – wheel": MeshLaw()})
     assert "mesh reducer.pinion – wheel" in system.meshes

@@ -20,7 +20,7 @@ def record(size: int, tones: dict[float, complex], mean: float = 0.0) -> np.ndar
     """(size, 1) of Re z exp(2πj f t)."""
     time = np.arange(size) / RATE
     waves = [(z * np.exp(2j * np.pi * f * time)).real for f, z in tones.items()]
-    return (mean + np.sum(waves, axis=0))[:, None]
+    return np.asarray(mean + np.sum(waves, axis=0))[:, None]
 
 
 @given(

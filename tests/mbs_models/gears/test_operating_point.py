@@ -17,7 +17,7 @@ from mbs_models.gears.operating_point import OperatingPoint, operating_point
 from mbs_models.integration.integrators import RK44, Integrator
 from mbs_models.integration.time_integration import simulate
 from mbs_models.model.model_file import load
-from mbs_models.model.parameters import Drivetrain
+from mbs_models.model.parameters import Drivetrain, ParallelStage, Part, PlanetaryStage
 from mbs_models.system.displaced import forces_at
 from mbs_models.system.drivetrain import build_drivetrain
 from mbs_models.system.linearization import linearize, round_off_force
@@ -25,7 +25,10 @@ from tests.geared import geared_reducer, lin_parker, speed_for
 from tests.strategies import changed, drivetrains, paper, with_stage
 
 HARMONIC = {"shape": "harmonics", "harmonics": [[0.2, 0.0]]}
-MESHES = {"parallel": ["mesh"], "planetary": ["sun_mesh", "ring_mesh"]}
+MESHES: dict[type[Part], list[str]] = {
+    ParallelStage: ["mesh"],
+    PlanetaryStage: ["sun_mesh", "ring_mesh"],
+}
 RATED = 4.18e6  # N m at the rotor of the 5-MW turbine
 
 
@@ -250,7 +253,7 @@ def test_without_torque_it_starts_as_built() -> None:
 
 def test_a_held_input_needs_no_reaction() -> None:
     """A sun on a torsional support of 1e8 N/m: it takes the torque, nothing else turns far."""
-    (stage,) = lin_parker(4).stages
+    (stage,) = lin_parker(4).stages_of(PlanetaryStage)
     sun = stage.sun.model_dump(exclude_unset=True) | {"torsional_support": 1e8}
     carrier = stage.carrier.model_dump(exclude_unset=True) | {"torsional_support": 1e8}
     point = operating_point(lin_parker(4, sun=sun, carrier=carrier), torque=10.0)
@@ -319,7 +322,7 @@ def test_any_drivetrain_starts_in_equilibrium(drivetrain: Drivetrain, data: st.D
     backlash = data.draw(st.sampled_from([0.0, 1e-6, 1e-4]))
     stages = [
         stage.model_dump(exclude_unset=True)
-        | {f"{key}_backlash": backlash for key in MESHES[stage.type]}
+        | {f"{key}_backlash": backlash for key in MESHES[type(stage)]}
         for stage in drivetrain.stages
     ]
     operation = {"input": driven, "speed_range": [0.0, 1.0], "output": output}
@@ -378,7 +381,7 @@ def test_missing_teeth_are_named() -> None:
 
 def test_two_other_ends_need_an_output() -> None:
     """A ring that is free takes a reaction as well as the carrier: it turns in two ways."""
-    (stage,) = lin_parker(4).stages
+    (stage,) = lin_parker(4).stages_of(PlanetaryStage)
     ring = stage.ring.model_dump(exclude_unset=True) | {"torsional_support": 0.0}
     drivetrain = lin_parker(4, ring=ring)
     with pytest.raises(ModelError, match=r"there are 2 \(planetary\.ring, planetary\.carrier\)"):

@@ -14,7 +14,7 @@ from mbs_models.gears.resonances import crossings, margins, mode_energies, reach
 from mbs_models.modal.mode_kinds import Kind, Modes
 from mbs_models.modal.modes import drivetrain_modes
 from mbs_models.model.model_file import load
-from mbs_models.model.parameters import Drivetrain
+from mbs_models.model.parameters import Drivetrain, PlanetaryStage
 from mbs_models.system.components import Components
 from mbs_models.system.read_back import drivetrain_components
 from tests.geared import geared_reducer, lin_parker, speed_for
@@ -44,7 +44,8 @@ def test_the_rules_of_planet_phasing_follow(planets: int) -> None:
     found, modes, parts = solved(drivetrain)
     energies = mode_energies(modes, parts)
     order = mesh_order(found, "planetary")
-    for rule in phasing(*drivetrain.stages[0].planet_sets(), 2 * planets):  # type: ignore[arg-type]
+    (planet_set,) = drivetrain.stages[0].planet_sets()
+    for rule in phasing(planet_set, 2 * planets):
         reached = reach(order, rule.harmonic, energies)
         for number, mode in enumerate(modes.modes):
             if mode.kind in rule.suppressed:
@@ -65,7 +66,7 @@ def test_reach_is_the_modal_force_of_the_harmonic() -> None:
     order = mesh_order(found, "planetary")
     shapes = modes.shapes[[modes.labels.index(dof) for dof in parts.dofs]]
     springs = {spring.name: spring for spring in parts.springs}
-    strain = sum(2.0 * spring.energy(shapes) for spring in parts.springs)
+    strain = np.sum([2.0 * spring.energy(shapes) for spring in parts.springs], axis=0)
     teeth = 27
     for harmonic in (1, 2, 3, 4):
         waves = np.exp(-2j * np.pi * harmonic * teeth * np.arange(4) / 4)
@@ -112,7 +113,8 @@ def test_a_coupled_translation_is_reached_by_a_net_force_alone() -> None:
 
 def test_planets_that_differ_suppress_nothing() -> None:
     drivetrain = lin_parker(4)
-    stiffness = list(drivetrain.stages[0].sun_meshes)  # type: ignore[union-attr]
+    (stage,) = drivetrain.stages_of(PlanetaryStage)
+    stiffness = list(stage.sun_meshes)
     one = [1.1 * stiffness[0], *stiffness[1:]]
     for keys in ({"sun_mesh_stiffness": one}, {"planets": None, "planet_angles": UNEVEN}):
         found, modes, parts = solved(with_stage(drivetrain, "planetary", **keys))
@@ -231,7 +233,7 @@ def test_a_mesh_without_stiffness_has_no_order() -> None:
 
 
 def test_a_mesh_without_a_law_has_three_harmonics() -> None:
-    assert mesh_harmonics(lin_parker(4).stages[0]) == (1, 2, 3)  # type: ignore[arg-type]
+    assert mesh_harmonics(lin_parker(4).stages[0]) == (1, 2, 3)
 
 
 def test_a_mesh_law_adds_its_harmonics() -> None:

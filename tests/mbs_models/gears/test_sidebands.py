@@ -1,11 +1,16 @@
 """Sidebands of synthetic planetary stages: lines where theory has them, and nothing elsewhere."""
 
+from __future__ import annotations
+
+from typing import Any
+
 import numpy as np
 import pytest
 import scipy.integrate
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fbs._kernels.checks import FloatArray
 from mbs_models.errors import ModelError
 from mbs_models.gears.sidebands import (
     expected_sidebands,
@@ -19,24 +24,32 @@ TIME = np.arange(COUNT) / COUNT / CARRIER
 THETA = 2 * np.pi * CARRIER * TIME
 
 
-def phasors(signal):
+def phasors(signal: FloatArray) -> Any:
     """A e^{j phi} at every order of the carrier; exact, for one turn is the record."""
     spectrum = np.fft.rfft(signal) / COUNT
     spectrum[1:] *= 2.0
     return spectrum
 
 
-def planet_forces(teeth, phases, mesh, shares):
+def planet_forces(teeth: Any, phases: Any, mesh: Any, shares: Any) -> Any:
     """F_n(t) of planets with the mesh phases (rad) given."""
     angle = teeth * THETA[:, None] + phases
     return shares * sum((f * np.exp(1j * i * angle)).real for i, f in enumerate(mesh))
 
 
-def equally_spaced(planets):
+def equally_spaced(planets: Any) -> Any:
     return 2 * np.pi * np.arange(planets) / planets
 
 
-def sensor(teeth, angles, mesh, window, phases=None, shares=None, sensor_angle=0.0):
+def sensor(
+    teeth: Any,
+    angles: Any,
+    mesh: Any,
+    window: Any,
+    phases: Any = None,
+    shares: Any = None,
+    sensor_angle: float = 0.0,
+) -> Any:
     phases = teeth * angles if phases is None else phases
     shares = np.ones(len(angles)) if shares is None else shares
     forces = planet_forces(teeth, phases, mesh, shares)
@@ -44,7 +57,7 @@ def sensor(teeth, angles, mesh, window, phases=None, shares=None, sensor_angle=0
 
 
 @given(data=st.data(), planets=st.integers(2, 7), teeth=st.integers(20, 150))
-def test_spectrum_of_the_sensor_is_the_expected_one(data, planets, teeth):
+def test_spectrum_of_the_sensor_is_the_expected_one(data: Any, planets: int, teeth: int) -> None:
     seed = np.random.default_rng(data.draw(st.integers(0, 10**6)))
     angles = np.sort(seed.uniform(0, 2 * np.pi, planets))
     phases, shares = seed.uniform(0, 2 * np.pi, planets), seed.uniform(0.5, 1.5, planets)
@@ -65,7 +78,7 @@ def test_spectrum_of_the_sensor_is_the_expected_one(data, planets, teeth):
 @pytest.mark.parametrize(
     ("teeth", "planets"), [(70, 3), (99, 3), (125, 4), (126, 4), (124, 4), (228, 5)]
 )
-def test_equal_planets_leave_only_multiples_of_their_number(teeth, planets):
+def test_equal_planets_leave_only_multiples_of_their_number(teeth: int, planets: int) -> None:
     """McFadden & Smith (1985): the mesh frequency itself vanishes unless N divides z_r."""
     angles = equally_spaced(planets)
     window = passing_window(planets, 2 * planets)
@@ -79,7 +92,7 @@ def test_equal_planets_leave_only_multiples_of_their_number(teeth, planets):
     assert (felt[teeth] > 1e-3) == (teeth % planets == 0)
 
 
-def test_sidebands_are_lopsided_where_the_planets_do_not_divide_the_teeth():
+def test_sidebands_are_lopsided_where_the_planets_do_not_divide_the_teeth() -> None:
     # 70 teeth, 3 planets: 69 = f_m - f_c and 72 = f_m + 2 f_c remain, the nearer is stronger
     lines = {x.order: x for x in expected_sidebands(70, equally_spaced(3), (0, 1), (4, 3, 2, 1))}
     assert lines[69].amplitude == pytest.approx(3 * 3 / 2)
@@ -89,7 +102,7 @@ def test_sidebands_are_lopsided_where_the_planets_do_not_divide_the_teeth():
     assert lines[71].amplitude < 1e-12
 
 
-def test_one_unequal_planet_brings_the_mesh_frequency_back():
+def test_one_unequal_planet_brings_the_mesh_frequency_back() -> None:
     share = np.array([1.2, 1.0, 1.0])
     line = {x.order: x for x in expected_sidebands(
         70, equally_spaced(3), (0, 1), (4, 3, 2, 1), shares=share
@@ -97,12 +110,12 @@ def test_one_unequal_planet_brings_the_mesh_frequency_back():
     assert line.amplitude == pytest.approx(0.2 * 4, rel=1e-12)
 
 
-def test_in_phase_meshes_have_sidebands_at_planet_passes():
+def test_in_phase_meshes_have_sidebands_at_planet_passes() -> None:
     for line in expected_sidebands(72, equally_spaced(4), (1.0, 1.0), np.ones(10)):
         assert (line.amplitude > 1e-9) == (line.offset % 4 == 0)
 
 
-def test_order_below_zero_is_its_mirror_image():
+def test_order_below_zero_is_its_mirror_image() -> None:
     # mesh order 3, window up to 5: -2 folds onto 2, where the mean's second term is as well
     angles, mesh, window = np.array([0.3, 2.0]), (1.0, 0.7j), (1.0, 0.5, 0.4, 0.3, 0.2, 0.1)
     felt = phasors(sensor(3, angles, mesh, window, sensor_angle=0.4))
@@ -111,7 +124,7 @@ def test_order_below_zero_is_its_mirror_image():
 
 
 @given(planets=st.integers(2, 8))
-def test_window_hears_only_the_nearest_planet(planets):
+def test_window_hears_only_the_nearest_planet(planets: int) -> None:
     half = np.pi / planets
     window = passing_window(planets, 3 * planets)
     for number, value in enumerate(window):
@@ -124,7 +137,7 @@ def test_window_hears_only_the_nearest_planet(planets):
 
 @pytest.mark.parametrize("planets", [3, 4, 5])
 @pytest.mark.parametrize("teeth", [70, 71, 72, 99])
-def test_rigid_ring_moves_at_multiples_of_the_planets_too(planets, teeth):
+def test_rigid_ring_moves_at_multiples_of_the_planets_too(planets: int, teeth: int) -> None:
     """The net force of equal planets on the ring, seen from outside, obeys the same rule."""
     angles = equally_spaced(planets)
     forces = planet_forces(teeth, teeth * angles, (0, 1.0, 0.5), np.ones(planets))
@@ -136,7 +149,7 @@ def test_rigid_ring_moves_at_multiples_of_the_planets_too(planets, teeth):
     assert set(lines) == {k for k in allowed if k % planets == 0}
 
 
-def test_what_does_not_fit_is_named():
+def test_what_does_not_fit_is_named() -> None:
     with pytest.raises(ModelError, match="do not fit 4096 instants and 3 planets"):
         ring_sensor(np.ones((COUNT, 2)), TIME, (0, 1, 2), CARRIER, (1.0,))
     with pytest.raises(ModelError, match="one phase and share per planet"):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -46,7 +47,7 @@ def at_sun(force: float = 0.5) -> Excitation[Multisine]:
     return Excitation(SUN, sun_multisine(force))
 
 
-def lin_parker():  # type: ignore[no-untyped-def]
+def lin_parker() -> Drivetrain:
     return damped(load("lin-parker-3"), rayleigh_damping(*RAYLEIGH))
 
 
@@ -58,7 +59,7 @@ def response(
     return periodic_response(system, linearize(system), excitation, integrator)
 
 
-def in_time(drivetrain: Drivetrain, excitation: str, **lines: float) -> TimeDomain:
+def in_time(drivetrain: Drivetrain, excitation: str, **lines: Any) -> TimeDomain:
     return time_domain(exudyn_source(with_damping(drivetrain)), excitation, **lines)
 
 

@@ -96,6 +96,7 @@ def test_a_hub_without_mass_accelerates_as_its_neighbours_do() -> None:
     assert record.acceleration is not None
     wheel = record.acceleration[:, record.labels.index(WHEEL)]
     half_angle = fastest(linearize(build_drivetrain(drivetrain))) * STEP / 2.0
+    assert record.displacement is not None
     moved = np.abs(record.displacement[:, record.labels.index(WHEEL)]).max()
     round_off = EPS * TO_WHEEL * moved / HUB_MASS * np.sqrt(record.n_samples)
     bound = abs(wheel[0]) / half_angle + round_off
@@ -113,6 +114,12 @@ def test_all_else_is_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(time_integration, "without_fast_modes", lambda s, linear, a, step: a)
     before = at_speed()
     hub = after.labels.index(HUB)
+    assert before.acceleration is not None
+    assert after.acceleration is not None
+    assert before.displacement is not None
+    assert after.displacement is not None
+    assert before.mesh_forces is not None
+    assert after.mesh_forces is not None
     felt = np.abs(before.acceleration[0, hub] - after.acceleration[0, hub]) * HUB_MASS
     assert np.abs(beside_its_neighbours(before)).max() > 0.9 * felt / HUB_MASS
     assert np.abs(after.mesh_forces - before.mesh_forces).max() < 2.0 * felt
@@ -135,6 +142,7 @@ def test_what_is_left_of_a_force_on_the_hub_itself(step: float) -> None:
         system, [Excitation(HUB, Constant(1.0))], duration=3000 * step,
         integrator=by(TRAPEZOIDAL, step), record=("acceleration",), responses=(HUB,),
     )  # fmt: skip
+    assert record.acceleration is not None
     left = HUB_MASS * np.abs(record.acceleration).max()
     # A step turns the mode by half a turn and 2 arctan(2/(ωh)) more: 3000 pass every phase.
     assert left == pytest.approx(1.0 / np.hypot(1.0, half_angle), rel=1e-4)

@@ -90,7 +90,7 @@ def test_a_blow_against_scipys_lsim() -> None:
     force[n:] = np.linalg.solve(linear.mass, force[n:])
     time = np.arange(10000) * 1e-7
     state_space = (first_order(linear), force, np.eye(2 * n), np.zeros((2 * n, 1)))
-    _, states, _ = lsim(state_space, blow.values(time), time)
+    _, states, _ = lsim(state_space, blow.values(np.asarray(time, float)), time)
     exact = states[::25]
     assert largest_error(record.displacement, exact[:, :n]) < 1e-5
     assert largest_error(record.velocity, exact[:, n:] * SCALE) < 5e-5
@@ -109,6 +109,7 @@ def test_free_motion_from_a_start_state() -> None:
     q, v = free(linear, *start, 2.5e-6, record.n_samples)
     assert largest_error(record.displacement, q) < 6e-4
     assert largest_error(record.velocity, v) < 6e-4
+    assert record.displacement is not None
     np.testing.assert_allclose(record.displacement[0], start[0], atol=1e-16)
     assert record.forces.shape == (200, 0)
 
@@ -169,6 +170,9 @@ def test_accelerations_are_those_of_the_equations_of_motion(name: str) -> None:
     )  # fmt: skip
     force = np.zeros((record.n_samples, 21))
     force[:, linear.dofs.index(SUN)] = record.forces[:, 0]
+    assert record.displacement is not None
+    assert record.velocity is not None
+    assert record.acceleration is not None
     inner = record.displacement @ linear.stiffness + record.velocity @ linear.damping
     expected = np.linalg.solve(linear.mass, (force - inner).T).T
     # Springs' forces are known to 1e-8 N, of 0.1 N. Geometry adds 3e-7, in proportion to the force.
@@ -189,6 +193,7 @@ def test_a_free_drivetrain_drifts_off_as_one() -> None:
     )  # fmt: skip
     # The rigid mode's acceleration is φᵀM q̈ = φᵀ f, whatever vibrates beside it. α M damps
     # it, as α = 1/s says.
+    assert record.acceleration is not None
     along = record.acceleration @ linear.mass @ rigid
     expected = rigid[2] * force * np.exp(-1.0 * record.time)
     np.testing.assert_allclose(along, expected, rtol=1e-5)
@@ -212,6 +217,7 @@ def test_what_was_chosen_is_as_accurate_as_it_says() -> None:
             linear, PINION, signal.frequency, signal.spectrum, integrator.step
         ),
     )  # fmt: skip
+    assert record.displacement is not None
     motion = np.fft.rfft(record.displacement, axis=0)[signal.harmonics]
     found = motion / np.fft.rfft(record.forces[:, 0])[signal.harmonics, None]
     expected = harmonic_response(linear, signal.frequency, linear.dofs, [PINION])[:, :, 0]
@@ -305,7 +311,11 @@ def test_pieces_are_one_run(name: str, step: float, tolerance: float) -> None:
 
 def test_samples_are_every_nth_step() -> None:
     system = planetary()
-    settings = {"duration": 0.01, "integrator": by(RK44, 1e-5), "record": QUANTITIES}
+    settings: dict[str, Any] = {
+        "duration": 0.01,
+        "integrator": by(RK44, 1e-5),
+        "record": QUANTITIES,
+    }
     all_steps = simulate(system, [at(SUN)], **settings)
     some = simulate(system, [at(SUN)], sampling_frequency=25000.0, piece=1e-3, **settings)
     assert some.n_samples == 250
@@ -321,7 +331,7 @@ def test_samples_are_every_nth_step() -> None:
 
 def test_forces_at_one_dof_are_added() -> None:
     system = planetary()
-    settings = {"duration": 2e-3, "integrator": by(RK44, 1e-5)}
+    settings: dict[str, Any] = {"duration": 2e-3, "integrator": by(RK44, 1e-5)}
     two = simulate(system, [at(SUN, 0.25), at(SUN, 0.75)], **settings)
     one = simulate(system, [at(SUN)], **settings)
     assert two.excitations == one.excitations == (SUN,)
@@ -333,9 +343,14 @@ def test_responses_can_be_chosen_and_a_welded_hub_is_one_of_them() -> None:
     """Welded to the wheel at equal radii the hub turns as it does, whichever of them is driven."""
     system = build_drivetrain(damped(paper(first_stiffness="rigid")))
     ((hub, (wheel, factor)),) = system.derived.items()
-    settings = {"duration": 1e-3, "integrator": by(TRAPEZOIDAL, 1e-6), "responses": (hub, wheel)}
+    settings: dict[str, Any] = {
+        "duration": 1e-3,
+        "integrator": by(TRAPEZOIDAL, 1e-6),
+        "responses": (hub, wheel),
+    }
     at_hub = simulate(system, [at(hub)], **settings)
     at_wheel = simulate(system, [at(wheel, factor)], **settings)
+    assert at_hub.displacement is not None
     assert at_hub.labels == (hub, wheel)
     np.testing.assert_allclose(
         at_hub.displacement[:, 0], factor * at_hub.displacement[:, 1], rtol=1e-12
@@ -346,7 +361,11 @@ def test_responses_can_be_chosen_and_a_welded_hub_is_one_of_them() -> None:
 def test_a_system_is_left_as_it_was_found() -> None:
     system = planetary()
     before = linearize(system)
-    settings = {"duration": 2e-3, "integrator": by(RK44, 1e-5), "record": QUANTITIES}
+    settings: dict[str, Any] = {
+        "duration": 2e-3,
+        "integrator": by(RK44, 1e-5),
+        "record": QUANTITIES,
+    }
     first = simulate(system, [at(SUN)], **settings)
     second = simulate(system, [at(SUN)], **settings)
     np.testing.assert_array_equal(first.displacement, second.displacement)
@@ -375,6 +394,7 @@ def test_a_span_of_a_record() -> None:
     record = simulate(planetary(), [at(SUN)], duration=2e-3, integrator=by(RK44, 1e-5))
     part = record.span(50, 150)
     np.testing.assert_allclose(part.time, record.time[50:150], rtol=1e-15)
+    assert record.displacement is not None
     np.testing.assert_array_equal(part.displacement, record.displacement[50:150])
     np.testing.assert_array_equal(part.forces, record.forces[50:150])
 
@@ -396,7 +416,11 @@ def test_what_sampling_folds_back_is_measured() -> None:
         dynamic = linear.stiffness - omega**2 * linear.mass + 1j * omega * linear.damping
         return float(abs(np.linalg.inv(dynamic)[row, row]) ** 2)
 
-    settings = {"duration": 0.25, "integrator": by(TRAPEZOIDAL, 1e-5), "responses": (SUN,)}
+    settings: dict[str, Any] = {
+        "duration": 0.25,
+        "integrator": by(TRAPEZOIDAL, 1e-5),
+        "responses": (SUN,),
+    }
     beyond = _Unbanded((Harmonic(1.0, 1000.0), Harmonic(1.0, 3000.0)))
     record = simulate(system, [Excitation(SUN, beyond)], sampling_frequency=5000.0, **settings)
     expected = level(3000.0) / (level(1000.0) + level(3000.0))

@@ -8,7 +8,7 @@ import pytest
 from mbs_models.modal.mode_kinds import Kind, Mode
 from mbs_models.modal.modes import drivetrain_modes
 from mbs_models.model.model_file import load
-from mbs_models.model.parameters import Damping
+from mbs_models.model.parameters import Damping, PlanetaryStage
 from tests.strategies import changed, damped, paper, with_coupling, with_stage
 from validation.routes.source import equations_source
 
@@ -116,7 +116,7 @@ def test_diametrically_opposed_planets_keep_the_families_apart() -> None:
 
 
 def test_anisotropic_bearings_mix_nothing_that_symmetry_keeps_apart() -> None:
-    stage = load("lin-parker-4").stage("planetary")
+    (stage,) = load("lin-parker-4").stages_of(PlanetaryStage)
     sun = changed(stage.sun, bearing=None, bearing_u=1e8, bearing_v=5e7)
     drivetrain = with_stage(
         load("lin-parker-4"), "planetary", sun=sun.model_dump(exclude_unset=True)

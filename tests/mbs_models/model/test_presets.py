@@ -6,7 +6,8 @@ import math
 
 import pytest
 
-from mbs_models.model.model_file import ModelError, describe, load, loads, preset_names, template
+from mbs_models.errors import ModelError
+from mbs_models.model.model_file import describe, load, loads, preset_names, template
 from mbs_models.model.parameters import ParallelStage, PlanetaryStage
 
 LIN_PARKER = "J. Vib. Acoust. 121, 316-321, Table 1"

@@ -186,7 +186,7 @@ def test_nobody_asks_of_which_type_a_stage_is() -> None:
     """What differs is a member of `Part`, or a function registered for the type."""
     root = Path(parameters.__file__).parents[2]
     found = [
-        f"{path.relative_to(root)}:{node.lineno}"
+        f"{path.relative_to(root)}:{getattr(node, 'lineno', '?')}"
         for package in ("mbs_models", "validation")
         for path in sorted((root / package).rglob("*.py"))
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from mbs_models.errors import ModelError
 from mbs_models.model.model_file import load
-from mbs_models.model.parameters import Drivetrain
+from mbs_models.model.parameters import Drivetrain, PlanetaryStage
 from mbs_models.model.tooth_numbers import refuse_impossible
 from mbs_models.sanity.teeth import ring_closes, teeth_fit_radii
 from mbs_models.stages.teeth import half_a_digit
@@ -110,7 +110,9 @@ def test_presets_with_profile_shift_close() -> None:
 @pytest.mark.parametrize("given", [True, False])
 def test_a_ring_is_judged_by_its_radius_or_by_the_pressure_angles(given: bool) -> None:
     drivetrain = load("wind-turbine")
-    ring = drivetrain.stage("low_speed").ring.model_dump(exclude_unset=True)
+    stage = drivetrain.stage("low_speed")
+    assert isinstance(stage, PlanetaryStage)
+    ring = stage.ring.model_dump(exclude_unset=True)
     ring |= {"teeth": 55, "base_radius": ring["base_radius"] if given else None}
     ring = {key: value for key, value in ring.items() if value is not None}
     with pytest.raises((ModelError, ValueError), match=r"ring\.teeth = 55: contradicts"):

@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 
 from mbs_models.errors import ModelError
 from mbs_models.model.model_file import load, loads, template
-from mbs_models.model.parameters import Drivetrain
+from mbs_models.model.parameters import Drivetrain, ParallelStage
 from mbs_models.sanity.free_motion import count_free_rotations, free_to_move, input_turns
 from mbs_models.sanity.rules import findings
 from mbs_models.sanity.stiffnesses import off_their_neighbours
@@ -31,8 +31,8 @@ def far_off(drivetrain: Drivetrain) -> tuple[str, ...]:
         # The median of the stage's seven: two bearings of 3.5e8, four of 1e8 are its others.
         ("2.0e11", "2e+11 N/m: 2000 times its neighbours (1.0e+8 N/m)"),
         ("5.0e4", "50000 N/m: a 2000th of its neighbours (1.0e+8 N/m)"),
-        ("1e300", "1e+300 N/m: 1.0e+292 times its neighbours (1.0e+8 N/m)"),
-        ("1e-300", "1e-300 N/m: 1.0e-308 times its neighbours (1.0e+8 N/m)"),
+        ("1e15", "1e+15 N/m: 1.0e+7 times its neighbours (1.0e+8 N/m)"),
+        ("1e-3", "0.001 N/m: 1.0e-11 times its neighbours (1.0e+8 N/m)"),
     ],
 )
 def test_how_far_off_is_told_in_few_digits(stiffness: str, told: str) -> None:
@@ -40,22 +40,9 @@ def test_how_far_off_is_told_in_few_digits(stiffness: str, told: str) -> None:
     assert far_off(drivetrain) == (f"reducer: mesh_stiffness = {told}; is the unit right?",)
 
 
-def test_factors_that_no_float_holds() -> None:
-    text = PAPER.replace("first_stiffness = 1.0e8", "first_stiffness = 1.7e308", 1)
-    text = text.replace("second_stiffness = 1.0e5", "second_stiffness = 1.0e-320", 1)
-    hard, soft = far_off(loads(text))
-    # Two values: each is the root of their ratio from the median, √(1.7e308/1.0e-320) = 1.3e314.
-    assert "first_stiffness = 1.7e+308 N/m: 1.3e+314 times" in hard
-    assert "times its neighbours" in soft
-
-
-def test_a_stiffness_that_its_radius_makes_infinite_is_no_neighbour() -> None:
-    text = PAPER.replace("bearing_rocking_over_r2 = 1.0e8", "bearing_rocking = 1e308", 1)
-    assert far_off(loads(text)) == ()
-
-
 def test_odd_stiffnesses_are_pointed_out() -> None:
-    pinion = load("paper").stage("reducer").pinion.model_dump(exclude_unset=True)
+    (reducer,) = load("paper").stages_of(ParallelStage)
+    pinion = reducer.pinion.model_dump(exclude_unset=True)
     drivetrain = with_stage(load("paper"), "reducer", pinion=pinion | {"bearing_y": 3.5e5})
     assert far_off(load("paper")) == ()
     (note,) = far_off(with_stage(load("paper"), "reducer", pinion=pinion | {"bearing_y": 3.5e4}))

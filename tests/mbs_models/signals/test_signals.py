@@ -22,7 +22,8 @@ from mbs_models.signals.lines import (
 def written_down(signal: Multisine, time: np.ndarray) -> np.ndarray:
     """The sum as its equation has it, line by line."""
     cycles = np.multiply.outer(np.mod(time, signal.period) / signal.period, signal.harmonics)
-    return np.cos(2.0 * np.pi * np.mod(cycles, 1.0) + signal.phases) @ signal.amplitudes
+    angles = 2.0 * np.pi * np.mod(cycles, 1.0) + signal.phases
+    return np.asarray(np.cos(angles) @ signal.amplitudes)
 
 
 def test_harmonic() -> None:

@@ -13,7 +13,7 @@ from mbs_models.errors import ModelError
 from mbs_models.modal.mode_kinds import Kind
 from mbs_models.modal.modes import drivetrain_modes
 from mbs_models.model.model_file import dumps, load, loads
-from mbs_models.model.parameters import Drivetrain
+from mbs_models.model.parameters import Drivetrain, PlanetaryStage
 from tests.strategies import drivetrains, paper, with_coupling, with_stage
 from validation.checks.metrics import scaled_error
 from validation.checks.model_warnings import model_warnings
@@ -121,7 +121,7 @@ def test_translations_are_coupled_along_common_axes() -> None:
 
 
 def test_a_bearing_with_cross_terms_and_damping_of_its_own() -> None:
-    stage = paper().stage("planetary")
+    (stage,) = paper().stages_of(PlanetaryStage)
     sun = stage.sun.model_dump(exclude_unset=True) | {
         "bearing": [[1e8, 3e7], [3e7, 6e7]],
         "bearing_damping": [[200.0, 20.0], [20.0, 100.0]],

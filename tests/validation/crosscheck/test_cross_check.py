@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ import pytest
 from mbs_models.errors import ModelError
 from mbs_models.modal.mode_kinds import Kind
 from mbs_models.model.model_file import load
-from mbs_models.model.parameters import Drivetrain
+from mbs_models.model.parameters import Drivetrain, ParallelStage
 from tests.strategies import changed, damped, paper, with_coupling, with_stage
 from validation.checks.metrics import scaled_error
 from validation.crosscheck.result import CrossCheck
@@ -91,7 +92,7 @@ def test_the_errors_are_those_of_all_lines_at_once(
     for route, found in zip(routes, result.comparisons, strict=True):
         error = scaled_error(exact, route.frf(lines, dofs, dofs).values)
         # Where a thread's block begins moves LAPACK's last digits: two roundings of an error.
-        near = {"rtol": 0.5, "atol": 1e-15}
+        near: dict[str, Any] = {"rtol": 0.5, "atol": 1e-15}
         np.testing.assert_allclose(found.pair_max, error.max(axis=0), **near)
         np.testing.assert_allclose(found.line_max, error.max(axis=(1, 2)), **near)
         median = np.median(error.reshape(len(lines), -1), axis=1)
@@ -122,7 +123,7 @@ def test_poles_of_every_route() -> None:
 
 def test_a_bearing_one_percent_off_is_found() -> None:
     def perturb(drivetrain: Drivetrain) -> Drivetrain:
-        reducer = drivetrain.stage("reducer")
+        (reducer,) = drivetrain.stages_of(ParallelStage)
         return with_stage(
             drivetrain, "reducer", pinion=changed(reducer.pinion, bearing_y=3.535e8).model_dump()
         )
@@ -145,7 +146,7 @@ def test_a_bearing_one_percent_off_is_found() -> None:
 def test_a_flipped_mesh_direction_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     original = equations.ring_mesh
 
-    def flipped(stage, planet, phi):  # type: ignore[no-untyped-def]
+    def flipped(stage: Any, planet: Any, phi: Any) -> Any:
         deflection = dict(original(stage, planet, phi))
         if planet == "planet3":
             deflection["planetary.ring.w"] *= -1.0
@@ -167,7 +168,7 @@ def test_a_flipped_mesh_direction_is_found(monkeypatch: pytest.MonkeyPatch) -> N
 def test_a_missing_half_of_the_hub_is_found() -> None:
     """2.2e-8 kg of 17 kg: visible in no FRF by eye, and found."""
 
-    def without_half(drivetrain: Drivetrain, name: str):  # type: ignore[no-untyped-def]
+    def without_half(drivetrain: Drivetrain, name: str) -> Any:
         if name == "planetary":
             drivetrain = with_coupling(drivetrain, inertia_over_r2=4.48e-12)
         return equations.stage_system(drivetrain, name)

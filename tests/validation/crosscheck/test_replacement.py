@@ -48,7 +48,8 @@ def save(path: Path, frf: Frf, **changes: Any) -> Path:
         "quantity": np.array(str(frf.quantity)),
     }
     arrays |= changes
-    np.savez(path, **{name: array for name, array in arrays.items() if array is not None})
+    kept: dict[str, Any] = {name: a for name, a in arrays.items() if a is not None}
+    np.savez(path, **kept)
     return path
 
 
@@ -173,11 +174,11 @@ def test_swapped_assembly_is_the_changed_drivetrain(softer: Changes) -> None:
     norm = np.linalg.norm(before.values, axis=2)
     error = np.abs(after.values - before.values) / np.sqrt(norm[:, :, None] * norm[:, None, :])
     assert softer.comparison.line_max.max() == pytest.approx(error.max(), rel=1e-6)
-    line, i, j = np.unravel_index(int(np.argmax(error)), error.shape)
+    where, i, j = np.unravel_index(int(np.argmax(error)), error.shape)
     at, response, excitation = softer.comparison.worst
-    assert at == FREQUENCY[line]
-    assert error[line, before.responses.index(response), before.excitations.index(excitation)] == (
-        pytest.approx(error[line, i, j])
+    assert at == FREQUENCY[where]
+    assert error[where, before.responses.index(response), before.excitations.index(excitation)] == (
+        pytest.approx(error[where, i, j])
     )
 
 

@@ -48,6 +48,7 @@ def stiffer_bearing(drivetrain: Drivetrain) -> Drivetrain:
     """The pinion's bearing 1 % stiffer."""
     first, *others = drivetrain.stages
     assert isinstance(first, ParallelStage)
+    assert first.pinion.bearing_y is not None
     pinion = first.pinion.model_copy(update={"bearing_y": 1.01 * first.pinion.bearing_y})
     return drivetrain.model_copy(
         update={"stages": (first.model_copy(update={"pinion": pinion}), *others)}

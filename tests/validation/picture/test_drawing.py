@@ -13,7 +13,7 @@ import pytest
 
 from mbs_models.modal.modes import drivetrain_modes
 from mbs_models.model.model_file import load
-from mbs_models.model.parameters import Drivetrain
+from mbs_models.model.parameters import Drivetrain, ParallelStage
 from mbs_models.system.components import SpringKind
 from mbs_models.system.read_back import drivetrain_components
 from tests.strategies import changed, paper, with_coupling, with_stage
@@ -101,7 +101,8 @@ def test_planets_stand_at_their_angles() -> None:
 
 def test_a_small_stage_is_enlarged_and_says_so() -> None:
     drivetrain = paper()
-    gear = drivetrain.stages[0].pinion  # type: ignore[union-attr]
+    (reducer,) = drivetrain.stages_of(ParallelStage)
+    gear = reducer.pinion
     small = changed(gear, base_radius=gear.base_radius / 10.0).model_dump(exclude_unset=True)
     drivetrain = with_stage(drivetrain, "reducer", pinion=small, wheel=small)
     assert [panel.enlargement for panel in laid_out(drivetrain).panels] == [10, 0, 1]

@@ -1,5 +1,9 @@
 """Drivetrains coupled stage by stage, and through sparse and reduced systems."""
 
+from __future__ import annotations
+
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -13,6 +17,7 @@ from fbs import (
     sparse_frf,
 )
 from mbs_models.model.model_file import load
+from mbs_models.model.parameters import PlanetaryStage
 from tests.planetary_chain import planetary_chain
 from tests.strategies import DAMPED, damped
 from validation.checks.metrics import scaled_error
@@ -22,19 +27,19 @@ AXIS = frequency_axis(50, 5000, 10)
 
 
 @pytest.fixture(scope="module")
-def chain():
-    (stage,) = load("lin-parker-4").stages
+def chain() -> Any:
+    (stage,) = load("lin-parker-4").stages_of(PlanetaryStage)
     return equations_source(planetary_chain(stage, 4, damping=DAMPED))
 
 
-def test_no_two_stages_are_alike(chain):
+def test_no_two_stages_are_alike(chain: Any) -> None:
     matrices = [stage.stiffness for stage in chain.stages.values()]
     middle = matrices[1:-1]  # those at the ends carry one hub only
     assert len(middle) == 2
     assert not np.allclose(middle[0], middle[1])
 
 
-def test_a_planetary_chain_stage_by_stage(chain):
+def test_a_planetary_chain_stage_by_stage(chain: Any) -> None:
     asked = ["stage1.sun.w", "stage2.planet1.u", "shaft2.w", "stage4.carrier.w"]
     found = couple_chain(chain.stages, chain.joints, AXIS, asked, asked)
     exact = direct_frf(chain.whole, AXIS, asked, asked)
@@ -44,7 +49,7 @@ def test_a_planetary_chain_stage_by_stage(chain):
 
 
 @pytest.mark.parametrize("preset", ["paper", "geared-torsional", "wind-turbine"])
-def test_presets_by_every_route_for_large_systems(preset):
+def test_presets_by_every_route_for_large_systems(preset: str) -> None:
     model = equations_source(damped(load(preset)))
     exact = direct_frf(model.whole, AXIS)
     sparse = SparseSystem.of(model.whole)

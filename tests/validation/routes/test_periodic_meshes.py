@@ -21,8 +21,8 @@ TRAPEZOID = {"shape": "trapezoid", "contact_ratio": 1.5, "amplitude": 0.6, "tran
 
 
 def planetary(planets: int, **keys: Any) -> Drivetrain:
-    varied = {f"{m}_mesh_variation": HARMONICS for m in ("sun", "ring")}
-    errors = {f"{m}_mesh_transmission_error": ERROR for m in ("sun", "ring")}
+    varied: dict[str, Any] = {f"{m}_mesh_variation": HARMONICS for m in ("sun", "ring")}
+    errors: dict[str, Any] = {f"{m}_mesh_transmission_error": ERROR for m in ("sun", "ring")}
     return lin_parker(planets, beta=2e-6, **varied, **errors, **keys)
 
 

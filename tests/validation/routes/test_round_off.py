@@ -13,6 +13,7 @@ from fbs import RealModes
 from mbs_models.modal.mode_kinds import EnergyShares, Kind, Mode, mode_groups
 from mbs_models.modal.modes import drivetrain_modes, eigenvalue_error
 from mbs_models.model.model_file import load, template
+from mbs_models.model.parameters import Drivetrain
 from tests.strategies import with_coupling
 from tests.validation.command_line import call
 from validation.checks.metrics import subspace_mac
@@ -26,7 +27,7 @@ COARSE = Band(50.0, 4000.0, 50.0)
 HUBS = [4.48e-8, 1e-10, 1e-12, 1e-14]  # kg; K/m of the last is λ = 1e22 (rad/s)²
 
 
-def hub(mass: float):  # type: ignore[no-untyped-def]
+def hub(mass: float) -> Drivetrain:
     return with_coupling(load("paper-table2"), inertia_over_r2=mass)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,11 +20,12 @@ from validation.simulation.options import Options
 from validation.simulation.result import SimulationResult
 from validation.simulation.run import run_simulation
 
-VARYING = {
+VARYING: dict[str, Any] = {
     "sun_mesh_variation": {"shape": "trapezoid", "contact_ratio": 1.6, "amplitude": 0.3},
     "ring_mesh_variation": {"shape": "trapezoid", "contact_ratio": 1.8, "amplitude": 0.2},
 }
-DAMPING = {"beta": 2e-6, "alpha": 20.0}  # 4.6 % at 740 Hz: a run settles within 0.1 s
+# 4.6 % at 740 Hz: a run settles within 0.1 s
+DAMPING: dict[str, Any] = {"beta": 2e-6, "alpha": 20.0}
 
 
 @functools.cache
@@ -74,7 +76,9 @@ def test_sidebands_stand_where_tooth_numbers_put_them(planets: int) -> None:
     assert silent.sum() > planets
     assert sensor.measured[silent].max() < 2e-3 * largest
     assert sensor.measured[~silent].max() == pytest.approx(largest, rel=2e-3)
-    teeth = simulation.drivetrain.stages[0].ring.teeth
+    (stage,) = simulation.drivetrain.stages_of(PlanetaryStage)
+    teeth = stage.ring.teeth
+    assert teeth is not None
     assert sensor.passing * teeth == pytest.approx(2000.0, rel=0.02)  # teeth and radii: within 2 %
 
 
@@ -105,6 +109,7 @@ def _family_shares(
     assert record.acceleration is not None
     frequency = harmonic * simulation.gears.point.mesh_frequencies["planetary"]
     measured = record.span(round(simulation.run_in * record.sampling_frequency))
+    assert measured.acceleration is not None
     lines = line_amplitudes(measured.acceleration, record.sampling_frequency, [frequency])[0]
     found = {}
     rest = float(np.linalg.norm(lines)) ** 2

@@ -81,6 +81,7 @@ def test_a_good_run_agrees_with_itself() -> None:
 
 def weaker(record: TransientRecord) -> dict[str, Any]:
     """Every sun mesh carries a thousandth less than the torque asks for, every ring mesh too."""
+    assert record.mesh_forces is not None
     return {"mesh_forces": 0.999 * record.mesh_forces}
 
 

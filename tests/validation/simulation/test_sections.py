@@ -10,7 +10,7 @@ import pytest
 from mbs_models.model.excitation import Excitation
 from mbs_models.model.model_file import load
 from mbs_models.signals.lines import Signal
-from mbs_models.signals.sines import HalfSine, Sweep, stepped_sine
+from mbs_models.signals.sines import HalfSine, SteppedSine, Sweep, stepped_sine
 from validation.report.frf_panel import FrfPanel
 from validation.simulation import sections as report
 from validation.simulation.options import Options
@@ -76,7 +76,7 @@ def test_a_sweep_holds_its_peaks_where_theory_puts_them(
     ids=["fast", "stepped"],
 )
 def test_every_band_of_a_peak_hold_is_passed(
-    signal: Signal,
+    signal: Sweep | SteppedSine,
 ) -> None:
     _, hold, *theory = held(ran(signal)).curves
     at = hold.frequency

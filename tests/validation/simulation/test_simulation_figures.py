@@ -1,5 +1,8 @@
 """Figures of runs: what they say, that nothing overlaps, and that no data breaks them."""
 
+from __future__ import annotations
+
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -7,11 +10,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 from matplotlib.text import Annotation
+from numpy.typing import NDArray
 
 from fbs.signal.spectra import amplitude_spectrum, spectrogram
 from mbs_models.gears.gear_lines import MeshTone, gear_lines, measured_lines
 from mbs_models.gears.gear_response import mesh_loads
+from validation.report.digits import engineering
 from validation.report.frf_panel import frf_figure
 from validation.report.style import spread
 from validation.simulation import frf_figures, order_figures, record_figures
@@ -23,7 +29,6 @@ from validation.simulation.frf_figures import (
 )
 from validation.simulation.order_figures import Theory, order_figure
 from validation.simulation.record_figures import (
-    engineering,
     history_figure,
     mesh_figure,
     rms_figure,
@@ -35,15 +40,17 @@ RATE = 4000.0
 TIME = np.arange(20000) / RATE
 NOISE = np.random.default_rng(1).standard_normal(TIME.size)
 FREQUENCY = np.arange(10.0, 2000.0, 0.5)
-FRF = 1 / (1 - (FREQUENCY / 300) ** 2 + 0.01j * FREQUENCY / 300)
+FRF: NDArray[np.complex128] = np.asarray(
+    1 / (1 - (FREQUENCY / 300) ** 2 + 0.01j * FREQUENCY / 300), complex
+)
 
 
-def text_of(picture):
+def text_of(picture: Any) -> Any:
     root = ElementTree.fromstring(picture)
     return " ".join("".join(node.itertext()) for node in root.iter() if node.tag.endswith("text"))
 
 
-def planetary_lines(sidebands=8):
+def planetary_lines(sidebands: int = 8) -> Any:
     tones = [MeshTone("mesh planetary", 400.0, 3.2, 4), MeshTone("mesh reducer", 1111.0)]
     wave = sum(np.cos(2 * np.pi * f * TIME) for f in (396.8, 409.6, 806.4, 1111.0))
     spectrum = amplitude_spectrum(wave + 1e-4 * NOISE, RATE)
@@ -52,7 +59,7 @@ def planetary_lines(sidebands=8):
     return spectrum.frequency, spectrum.values, read
 
 
-def pictures():
+def pictures() -> Any:
     frequency, values, lines = planetary_lines()
     shown = spectrogram(NOISE, RATE, resolution=20.0)
     forces = np.column_stack([1e3 + 100 * NOISE, np.maximum(100 * NOISE, 0.0), -5.0 + NOISE])
@@ -92,11 +99,11 @@ def pictures():
     }  # fmt: skip
 
 
-def estimate(values, compared):
+def estimate(values: Any, compared: Any) -> Any:
     return estimate_panel("a ← b", FREQUENCY, values, FRF, compared, (0.1, 1.0))
 
 
-def test_figures_are_wellformed_and_say_what_they_show():
+def test_figures_are_wellformed_and_say_what_they_show() -> None:
     drawn = {name: text_of(picture) for name, picture in pictures().items()}
     for name, words in {
         "history": ("s.sun.u", "s.sun.w", "Time (s)"),
@@ -114,19 +121,24 @@ def test_figures_are_wellformed_and_say_what_they_show():
 
 
 @pytest.fixture
-def drawn(monkeypatch):
+def drawn(monkeypatch: pytest.MonkeyPatch) -> Any:
     """Figures instead of SVG: what was drawn can be measured."""
-    kept = []
+    kept: list[Figure] = []
+
+    def keep(figure: Figure, name: str, words: str) -> str:
+        kept.append(figure)
+        return ""
+
     for module in (record_figures, order_figures, frf_figures):
-        monkeypatch.setattr(module, "svg", lambda figure, name, words: kept.append(figure) or "")
+        monkeypatch.setattr(module, "svg", keep)
     return kept
 
 
 @pytest.mark.parametrize("sidebands", [0, 4, 8])
-def test_labels_of_lines_neither_overlap_nor_leave_their_axes(drawn, sidebands):
+def test_labels_of_lines_neither_overlap_nor_leave_their_axes(drawn: Any, sidebands: int) -> None:
     frequency, values, lines = planetary_lines(sidebands)
     order_figure("o", frequency, values, lines, "N", "ring sensor")
-    renderer = FigureCanvasAgg(drawn[0]).get_renderer()
+    renderer = FigureCanvasAgg(drawn[0]).get_renderer()  # type: ignore[no-untyped-call]
     drawn[0].draw(renderer)
     for axes in drawn[0].axes:
         boxes = [
@@ -144,7 +156,7 @@ def test_labels_of_lines_neither_overlap_nor_leave_their_axes(drawn, sidebands):
     assert names == len(lines) + (4 if sidebands else 0)
 
 
-def test_a_million_samples_are_drawn_as_the_band_they_fill(drawn):
+def test_a_million_samples_are_drawn_as_the_band_they_fill(drawn: Any) -> None:
     wave = np.zeros(1_000_000)
     wave[123_456], wave[654_321] = 7.0, -5.0  # one sample each: neither may be lost
     history_figure("h", np.arange(wave.size) / 1e4, {"w": wave}, "m")
@@ -154,7 +166,7 @@ def test_a_million_samples_are_drawn_as_the_band_they_fill(drawn):
     assert height.size < 5000
 
 
-def test_a_spectrogram_is_thinned_without_losing_a_line(drawn):
+def test_a_spectrogram_is_thinned_without_losing_a_line(drawn: Any) -> None:
     values = np.full((5000, 3000), 1e-3)
     values[3333, 2222] = 1.0
     spectrogram_figure("g", np.arange(5000.0), np.arange(3000.0), values, "m", "s.sun.u")
@@ -169,7 +181,7 @@ def test_a_spectrogram_is_thinned_without_losing_a_line(drawn):
     wanted=st.lists(st.floats(0, 1), min_size=1, max_size=60).map(sorted),
     width=st.floats(0.001, 0.2),
 )
-def test_spread_keeps_order_and_distance(wanted, width):
+def test_spread_keeps_order_and_distance(wanted: list[float], width: float) -> None:
     places = spread(np.array(wanted), width)
     step = min(width, 1 / len(wanted))
     assert (np.diff(places) >= step * (1 - 1e-9)).all()
@@ -177,11 +189,11 @@ def test_spread_keeps_order_and_distance(wanted, width):
     assert places[-1] <= 1 + 1e-9
 
 
-def test_spread_leaves_alone_what_is_apart():
+def test_spread_leaves_alone_what_is_apart() -> None:
     assert spread(np.array([0.1, 0.5, 0.9]), 0.1) == pytest.approx([0.1, 0.5, 0.9])
     assert spread(np.array([0.5, 0.5]), 0.1) == pytest.approx([0.45, 0.55])  # least squares
 
 
-def test_engineering_has_three_digits():
+def test_engineering_has_three_digits() -> None:
     assert engineering(1234.5, "N") == "1.23 kN"
     assert engineering(-2.5e-7, "m") == "−250 nm"

@@ -9,6 +9,7 @@ import pytest
 
 from mbs_models.modal.mode_kinds import Kind
 from mbs_models.model.model_file import load
+from mbs_models.model.parameters import PlanetaryStage
 from tests.gearboxes import ERROR, HARMONIC, MASS, RADIUS, STIFFNESS, TEETH, pair, planetary
 from tests.strategies import changed, damped, with_stage
 from validation.runtime.executors import process_pool
@@ -140,7 +141,7 @@ def test_planets_share_the_load_and_its_mean() -> None:
     result = four_planets()
     found = result.states
     assert found is not None
-    (stage,) = result.turning.plan.drivetrain.stages
+    (stage,) = result.turning.plan.drivetrain.stages_of(PlanetaryStage)
     mean = found.mesh[:, 0].real
     np.testing.assert_allclose(mean, 100.0 / (4 * stage.sun.base_radius), rtol=1e-2)
     assert [check.agrees for check in result.checks] == [True] * 3

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 import pytest
@@ -125,7 +126,7 @@ def wait_for_workers(address: str, n_workers: int) -> None:
 
 
 @pytest.mark.slow
-def test_dask_gives_the_same_bits_as_serial(tmp_path, serial):
+def test_dask_gives_the_same_bits_as_serial(tmp_path: Path, serial: Any) -> None:
     todo, found = small()
     with cluster(tmp_path) as dask, dask_cluster(dask.address) as workers:
         assert workers.count == 2
@@ -134,7 +135,7 @@ def test_dask_gives_the_same_bits_as_serial(tmp_path, serial):
 
 
 @pytest.mark.slow
-def test_samples_of_a_dask_worker_that_is_killed_are_redone(tmp_path, serial):
+def test_samples_of_a_dask_worker_that_is_killed_are_redone(tmp_path: Path, serial: Any) -> None:
     todo, found = small()
     told: list[int] = []
     with cluster(tmp_path) as dask, dask_cluster(dask.address) as workers:
@@ -151,7 +152,7 @@ def test_samples_of_a_dask_worker_that_is_killed_are_redone(tmp_path, serial):
 
 
 @pytest.mark.slow
-def test_the_command_on_a_cluster_writes_the_same_table(tmp_path):
+def test_the_command_on_a_cluster_writes_the_same_table(tmp_path: Path) -> None:
     options = ["paper", "--vary", "planetary.planets=3,4,40", "--route", "equations", "--vary"]
     options += ["planetary.sun.mass=~2%", "--samples", "7", "--df", "10", "--fmax", "500"]
     options += ["--response", PAIR[0], "--excitation", PAIR[1], "--metric", "mean:10:100"]
@@ -162,7 +163,9 @@ def test_the_command_on_a_cluster_writes_the_same_table(tmp_path):
     assert far == here
 
 
-def test_a_scheduler_that_does_not_answer_is_told_of(tmp_path, capsys):
+def test_a_scheduler_that_does_not_answer_is_told_of(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     address = f"tcp://127.0.0.1:{free_port()}"
     options = ["paper", "--vary", "planetary.planets=3,4", "--out", str(tmp_path)]
     assert run(*options, "--executor", address) == 2
@@ -225,28 +228,32 @@ def pretend(monkeypatch: pytest.MonkeyPatch, client: type[FakeClient]) -> None:
     monkeypatch.setitem(sys.modules, "distributed", module)
 
 
-def test_a_cluster_without_this_package_is_told_of(monkeypatch, listening):
+def test_a_cluster_without_this_package_is_told_of(
+    monkeypatch: pytest.MonkeyPatch, listening: Any
+) -> None:
     pretend(monkeypatch, Without)
     said = r"a worker cannot compute \(ModuleNotFoundError: No module named 'validation'\); install"
     with pytest.raises(CommandError, match=said), dask_cluster(listening):
         pass
 
 
-def test_a_cluster_without_workers_is_told_of(monkeypatch, listening):
+def test_a_cluster_without_workers_is_told_of(
+    monkeypatch: pytest.MonkeyPatch, listening: Any
+) -> None:
     pretend(monkeypatch, Empty)
     said = "the scheduler has no workers; start some with 'dask worker"
     with pytest.raises(CommandError, match=said), dask_cluster(listening):
         pass
 
 
-def test_other_versions_are_a_warning(monkeypatch, listening):
+def test_other_versions_are_a_warning(monkeypatch: pytest.MonkeyPatch, listening: Any) -> None:
     pretend(monkeypatch, Other)
     with dask_cluster(listening) as workers:
         (warning,) = workers.warnings
     assert warning.startswith(f"{listening}: worker tcp://w:2 has numpy 1.26.4, here it is ")
 
 
-def test_a_cluster_that_is_lost_is_noticed(monkeypatch, listening):
+def test_a_cluster_that_is_lost_is_noticed(monkeypatch: pytest.MonkeyPatch, listening: Any) -> None:
     pretend(monkeypatch, FakeClient)
     with dask_cluster(listening) as workers:
         assert workers.count == 3
@@ -282,7 +289,7 @@ def pretend_mpi(monkeypatch: pytest.MonkeyPatch, pool: type[FakePool]) -> None:
         monkeypatch.setitem(sys.modules, name, module)
 
 
-def test_an_mpi_pool_gives_the_same_bits(monkeypatch, serial):
+def test_an_mpi_pool_gives_the_same_bits(monkeypatch: pytest.MonkeyPatch, serial: Any) -> None:
     pretend_mpi(monkeypatch, FakePool)
     todo, found = small()
     with mpi_pool(None) as workers:
@@ -290,7 +297,7 @@ def test_an_mpi_pool_gives_the_same_bits(monkeypatch, serial):
         assert_same(serial, sweep(todo, found.rows, workers))
 
 
-def test_mpi_without_ranks_is_told_of(monkeypatch):
+def test_mpi_without_ranks_is_told_of(monkeypatch: pytest.MonkeyPatch) -> None:
     pretend_mpi(monkeypatch, Alone)
     with pytest.raises(CommandError, match="no other ranks; start with 'mpiexec"), mpi_pool(1):
         pass
@@ -302,7 +309,7 @@ def test_mpi_without_ranks_is_told_of(monkeypatch):
     find_spec("mpi4py") is None or shutil.which("mpiexec") is None,
     reason="needs the mpi extra and an MPI library",
 )
-def test_mpi_ranks_give_the_same_table(tmp_path):
+def test_mpi_ranks_give_the_same_table(tmp_path: Path) -> None:
     options = ["sweep", "paper", "--vary", "planetary.planets=3,4,40", "--route", "equations"]
     module = [sys.executable, "-m", "mpi4py.futures", "-m", "validation.cli"]
     far = ["--executor", "mpi", "--out", str(tmp_path / "far")]
@@ -330,7 +337,9 @@ def test_mpi_ranks_give_the_same_table(tmp_path):
         (["--executor", "tcp://x:1", "--workers", "2"], "--executor tcp://x:1 has its own"),
     ],
 )
-def test_what_cannot_be_is_one_message(tmp_path, capsys, options, said):
+def test_what_cannot_be_is_one_message(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], options: list[str], said: str
+) -> None:
     vary = ["paper", "--vary", "planetary.planets=3,4", "--out", str(tmp_path)]
     assert run(*vary, *options) == 2
     error = capsys.readouterr().err
@@ -342,7 +351,14 @@ def test_what_cannot_be_is_one_message(tmp_path, capsys, options, said):
     ("kind", "module", "extra"),
     [("tcp://127.0.0.1:8786", "distributed", "dask"), ("mpi", "mpi4py", "mpi")],
 )
-def test_a_missing_extra_is_one_message(tmp_path, capsys, monkeypatch, kind, module, extra):
+def test_a_missing_extra_is_one_message(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    kind: str,
+    module: str,
+    extra: str,
+) -> None:
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     vary = ["paper", "--vary", "planetary.planets=3,4", "--out", str(tmp_path)]
     assert run(*vary, "--executor", kind) == 2
@@ -352,7 +368,7 @@ def test_a_missing_extra_is_one_message(tmp_path, capsys, monkeypatch, kind, mod
     )
 
 
-def test_serial_is_this_process():
+def test_serial_is_this_process() -> None:
     with opened("serial") as workers:
         assert workers.executor is None
     with opened(None, worth=1) as workers:

@@ -10,11 +10,12 @@ from collections.abc import Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
 from multiprocessing import active_children
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from fbs import Joint, couple, direct_frf
+from fbs import Frf, Joint, SecondOrderSystem, couple, direct_frf
 from mbs_models.modal.modes import drivetrain_modes
 from mbs_models.model.model_file import load
 from mbs_models.model.parameters import Drivetrain
@@ -60,7 +61,9 @@ def assert_same(one: SampleResults, other: SampleResults) -> None:
 # What is computed
 
 
-def errors_of_the_sweep(drivetrain, found, outcome, source, paths):
+def errors_of_the_sweep(
+    drivetrain: Drivetrain, found: Any, outcome: Any, source: Any, paths: Any
+) -> Any:
     """Scaled error of |H| per line and sample: |Δ| / √(h_response h_excitation)."""
     frequency = BAND.frequency()
     worst = []
@@ -85,7 +88,7 @@ def errors_of_the_sweep(drivetrain, found, outcome, source, paths):
         ["coupling.inertia_over_r2=1e-3,0.5"],
     ],
 )
-def test_equals_the_rebuilt_whole(paper, options, is_damped):
+def test_equals_the_rebuilt_whole(paper: Any, options: list[str], is_damped: bool) -> None:
     drivetrain = damped(paper) if is_damped else paper
     found = samples_of(drivetrain, options)
     outcome = sweep(sweep_plan(drivetrain, found, BAND, PAIR, 0, "equations"), found.rows)
@@ -94,7 +97,7 @@ def test_equals_the_rebuilt_whole(paper, options, is_damped):
     assert max(worst) < 1e-8
 
 
-def test_exudyn_equals_the_rebuilt_whole(paper):
+def test_exudyn_equals_the_rebuilt_whole(paper: Any) -> None:
     found = samples_of(paper, [f"{SPRING}=1e5:1e7:3log", "planetary.planets=3,4"])
     outcome = sweep(sweep_plan(paper, found, BAND, PAIR, 12), found.rows)
     worst = errors_of_the_sweep(paper, found, outcome, exudyn_source, found.paths)
@@ -111,7 +114,7 @@ def changed_to(drivetrain: Drivetrain, found: Samples, sample: int) -> Drivetrai
     return drivetrain
 
 
-def test_the_interface_solve_is_a_joint_of_what_the_spring_is_stiffer_by(paper):
+def test_the_interface_solve_is_a_joint_of_what_the_spring_is_stiffer_by(paper: Any) -> None:
     """One spring's update is `fbs.couple` with the difference to k₀ as a flexible joint."""
     wide = with_value(paper, "coupling.radius", 0.06)  # so that the joint's ratio is not one
     frequency = BAND.frequency()
@@ -126,21 +129,21 @@ def test_the_interface_solve_is_a_joint_of_what_the_spring_is_stiffer_by(paper):
     np.testing.assert_allclose(outcome.magnitude[1], np.abs(coupled), rtol=1e-6)
 
 
-def test_the_reference_is_near_whatever_the_stiffness():
+def test_the_reference_is_near_whatever_the_stiffness() -> None:
     for stiffness in np.geomspace(1e-3, 1e15, 200):
         ratio = reference(1e6, stiffness) / stiffness
         assert 1 / 32 < ratio < 32
     assert reference(1e6, 0.0) == 0.0
 
 
-def test_zero_hertz_where_a_part_is_free(paper):
+def test_zero_hertz_where_a_part_is_free(paper: Any) -> None:
     found = samples_of(paper, [f"{SPRING}=1e5,1e6"])
     band = Band(0.0, 100.0, 50.0)
     outcome = sweep(sweep_plan(paper, found, band, PAIR, 0, "equations"), found.rows)
     assert all("0 Hz" in status or "singular" in status for status in outcome.status)
 
 
-def test_natural_frequencies_of_damped_systems(paper):
+def test_natural_frequencies_of_damped_systems(paper: Any) -> None:
     found = samples_of(damped(paper), [f"{SPRING}=1e5,1e7"])
     outcome = sweep(sweep_plan(damped(paper), found, BAND, None, 8, "equations"), found.rows)
     assert outcome.magnitude.shape == (2, 0)
@@ -153,15 +156,19 @@ def test_natural_frequencies_of_damped_systems(paper):
 # What is computed once
 
 
-def test_parts_are_computed_only_if_something_in_them_changes(paper, monkeypatch):
-    solved = []
-    real = sweep_sample.direct_frf
+def test_parts_are_computed_only_if_something_in_them_changes(
+    paper: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    solved: list[str] = []
+
+    def noted(system: SecondOrderSystem, *given: Any) -> Frf:
+        solved.append(system.dofs[0].partition(".")[0])
+        return direct_frf(system, *given)
+
     monkeypatch.setattr(
         sweep_sample,
         "direct_frf",
-        lambda system, *given: (
-            solved.append(system.dofs[0].partition(".")[0]) or real(system, *given)
-        ),
+        noted,
     )
     options = [f"{SPRING}=1e5:1e7:4log", "planetary.ring.mass=2,3", "planetary.planets=3,4"]
     found = samples_of(paper, options)
@@ -173,7 +180,7 @@ def test_parts_are_computed_only_if_something_in_them_changes(paper, monkeypatch
     assert sorted(solved) == ["planetary"] * 4 + ["reducer"]
 
 
-def test_part_key(paper):
+def test_part_key(paper: Any) -> None:
     reducer, planetary = (part_key(paper, name) for name in ("reducer", "planetary"))
     for path, value, moved in (
         ("reducer.pinion.mass", 3.0, (True, False)),
@@ -196,12 +203,12 @@ def small(drivetrain: Drivetrain) -> tuple[SweepPlan, Samples]:
 
 
 @pytest.fixture(scope="module")
-def serial(paper) -> SampleResults:
+def serial(paper: Any) -> SampleResults:
     todo, found = small(paper)
     return sweep(todo, found.rows)
 
 
-def test_a_failing_sample_is_told_and_the_others_go_on(serial):
+def test_a_failing_sample_is_told_and_the_others_go_on(serial: Any) -> None:
     assert serial.ok.sum() == 16
     assert "40: makes planets 1 and 2 overlap" in serial.status[2]
     assert np.isnan(serial.magnitude[2]).all()
@@ -209,20 +216,20 @@ def test_a_failing_sample_is_told_and_the_others_go_on(serial):
     assert not serial.kind[2].any()
 
 
-def test_processes_give_the_same_bits(paper, serial):
+def test_processes_give_the_same_bits(paper: Any, serial: Any) -> None:
     todo, found = small(paper)
     with process_pool(2) as workers:
         assert workers.count == 2
         assert_same(serial, sweep(todo, found.rows, workers))
 
 
-def test_threads_give_the_same_bits(paper, serial):
+def test_threads_give_the_same_bits(paper: Any, serial: Any) -> None:
     todo, found = small(paper)
     with ThreadPoolExecutor(4) as executor:
         assert_same(serial, sweep(todo, found.rows, Workers(executor)))
 
 
-def test_order_does_not_matter(paper, serial):
+def test_order_does_not_matter(paper: Any, serial: Any) -> None:
     todo, found = small(paper)
     order = np.random.default_rng(0).permutation(len(found.rows))
     outcome = sweep(todo, [found.rows[i] for i in order])
@@ -236,11 +243,11 @@ class Crashing(Executor):
     def __init__(self) -> None:
         self.jobs = 0
 
-    def submit(self, fn, /, *args, **kwargs):
+    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Any:
         self.jobs += 1
         if self.jobs > 2:
             raise BrokenExecutor("a worker died")
-        future: Future = Future()
+        future: Future[Any] = Future()
         if self.jobs == 1:
             future.set_result(fn(*args, **kwargs))
         else:
@@ -248,7 +255,7 @@ class Crashing(Executor):
         return future
 
 
-def test_a_value_that_is_not_allowed_is_told_as_in_a_model_file(paper):
+def test_a_value_that_is_not_allowed_is_told_as_in_a_model_file(paper: Any) -> None:
     found = samples_of(paper, [f"{SPRING}=-1,1e5"])
     outcome = sweep(sweep_plan(paper, found, BAND, PAIR, 0, "equations"), found.rows)
     assert outcome.status[0] == (
@@ -258,31 +265,34 @@ def test_a_value_that_is_not_allowed_is_told_as_in_a_model_file(paper):
     assert outcome.status[1] == "ok"
 
 
-def test_samples_of_a_dead_worker_are_redone(paper, serial):
+def test_samples_of_a_dead_worker_are_redone(paper: Any, serial: Any) -> None:
     todo, found = small(paper)
     assert_same(serial, sweep(todo, found.rows, Workers(Crashing())))
 
 
 @pytest.mark.slow
-def test_each_of_several_processes_keeps_to_one_core(monkeypatch):
+def test_each_of_several_processes_keeps_to_one_core(monkeypatch: pytest.MonkeyPatch) -> None:
     """Two threads in each of two processes on two cores took a sixth more of both."""
     monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
     for workers, threads in ((2, "1"), (1, None)):
         with process_pool(workers, apart=True) as crew:
+            assert crew.executor is not None
             assert crew.executor.submit(os.getenv, "OMP_NUM_THREADS").result() == threads
 
 
 @pytest.mark.slow
 # There a signal sent is a process ended, and a mask to inherit there is none.
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no signal mask")
-def test_ctrl_c_of_a_terminal_is_for_the_parent_alone():
+def test_ctrl_c_of_a_terminal_is_for_the_parent_alone() -> None:
     """Also where it comes before a worker process has got as far as ignoring it."""
     others = set(active_children())
     with process_pool(2) as crew:
         starting = set(active_children()) - others
         assert len(starting) == 2
         for process in starting:
+            assert process.pid is not None
             os.kill(process.pid, signal.SIGINT)
+        assert crew.executor is not None
         assert crew.executor.submit(int, "7").result() == 7
         assert set(active_children()) - others == starting
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
@@ -296,7 +306,9 @@ def deadly(task: SweepPlan, samples: Sequence[Values]) -> SampleResults:
 
 
 @pytest.mark.slow
-def test_a_sample_that_kills_its_process_fails_and_the_others_go_on(paper, serial, monkeypatch):
+def test_a_sample_that_kills_its_process_fails_and_the_others_go_on(
+    paper: Any, serial: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("validation.sweep.run.evaluate", deadly)
     todo, found = small(paper)
     told: list[str] = []
@@ -328,7 +340,7 @@ with process_pool(2) as workers:
 
 
 @pytest.mark.slow
-def test_a_script_whose_workers_run_it_again_is_told(tmp_path):
+def test_a_script_whose_workers_run_it_again_is_told(tmp_path: Path) -> None:
     """Each sample by a process of its own that dies would take minutes, and blame the samples."""
     script = tmp_path / "sweep.py"
     script.write_text(UNGUARDED, encoding="utf-8")
@@ -343,7 +355,9 @@ def test_a_script_whose_workers_run_it_again_is_told(tmp_path):
     assert "if __name__ == '__main__':" in last
 
 
-def test_what_is_wrong_with_the_program_is_not_taken_for_a_lost_worker(paper, monkeypatch):
+def test_what_is_wrong_with_the_program_is_not_taken_for_a_lost_worker(
+    paper: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("validation.sweep.run.evaluate", faulty)
     todo, found = small(paper)
     with ThreadPoolExecutor(1) as executor, pytest.raises(ZeroDivisionError):
@@ -357,11 +371,13 @@ def faulty(task: SweepPlan, samples: Sequence[Values]) -> SampleResults:
 class Silent(Executor):
     """Takes everything and answers nothing."""
 
-    def submit(self, fn, /, *args, **kwargs):
+    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Any:
         return Future()
 
 
-def test_an_executor_that_is_gone_is_given_up(paper, serial, monkeypatch):
+def test_an_executor_that_is_gone_is_given_up(
+    paper: Any, serial: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("validation.runtime.pieces.POLL", 0.01)
     todo, found = small(paper)
     told: list[str] = []
@@ -373,7 +389,7 @@ def test_an_executor_that_is_gone_is_given_up(paper, serial, monkeypatch):
     ]
 
 
-def test_a_streamed_sweep_is_the_same_and_goes_on(paper, serial, tmp_path):
+def test_a_streamed_sweep_is_the_same_and_goes_on(paper: Any, serial: Any, tmp_path: Path) -> None:
     todo, found = small(paper)
     pieces = Pieces(todo, found.rows, tmp_path, streamed=True)
     shape = serial.magnitude.shape
@@ -397,18 +413,23 @@ def test_a_streamed_sweep_is_the_same_and_goes_on(paper, serial, tmp_path):
     assert_same(serial, outcome)
     np.testing.assert_array_equal(np.load(pieces.magnitude_file), serial.magnitude)
     pieces.magnitude_file.unlink()  # then what was kept beside it is worth nothing
-    again, told = pieces.magnitude(shape), []
+    again = pieces.magnitude(shape)
+    told: list[str] = []
     assert_same(serial, sweep(todo, found.rows, store=pieces, magnitude=again, warn=told.append))
     assert told == [UNFIT.format(3)]
 
 
-def test_an_interrupted_sweep_goes_on(paper, serial, tmp_path, monkeypatch):
+def test_an_interrupted_sweep_goes_on(
+    paper: Any, serial: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     todo, found = small(paper)
     computed: list[int] = []
-    monkeypatch.setattr(
-        "validation.sweep.run.evaluate",
-        lambda task, samples: computed.append(len(samples)) or evaluate(task, samples),
-    )
+
+    def counted(task: Any, samples: Any) -> Any:
+        computed.append(len(samples))
+        return evaluate(task, samples)
+
+    monkeypatch.setattr("validation.sweep.run.evaluate", counted)
     pieces = Pieces(todo, found.rows, tmp_path)
 
     def interrupt(_: str, done: int, __: int) -> None:
@@ -466,7 +487,9 @@ def linked(pieces: Pieces) -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="making links takes rights there")
 @pytest.mark.parametrize("damage", [swapped, cut, flipped, flipped_row, linked])
-def test_kept_pieces_that_do_not_fit_are_computed_again(paper, serial, tmp_path, damage):
+def test_kept_pieces_that_do_not_fit_are_computed_again(
+    paper: Any, serial: Any, tmp_path: Path, damage: Any
+) -> None:
     todo, found = small(paper)
     pieces = Pieces(todo, found.rows, tmp_path, streamed=True)
     room = pieces.magnitude(serial.magnitude.shape)
@@ -481,7 +504,9 @@ def test_kept_pieces_that_do_not_fit_are_computed_again(paper, serial, tmp_path,
     assert_same(serial, outcome)
 
 
-def test_pieces_of_other_code_or_libraries_are_computed_again(paper, serial, tmp_path, monkeypatch):
+def test_pieces_of_other_code_or_libraries_are_computed_again(
+    paper: Any, serial: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     todo, found = small(paper)
     sweep(todo, found.rows, store=Pieces(todo, found.rows, tmp_path))
     for name, other in (("code_digest", lambda *_: "other"), ("versions", lambda: ("3.0",))):
@@ -494,7 +519,7 @@ def test_pieces_of_other_code_or_libraries_are_computed_again(paper, serial, tmp
         assert_same(serial, outcome)
 
 
-def test_results_too_large_are_refused(paper):
+def test_results_too_large_are_refused(paper: Any) -> None:
     found = Samples((SPRING,), ((1e5,),) * 100_000, sampled=False)
     with pytest.raises(
         CommandError, match=r"12\.0 GB, more than 2 GB; give a larger --df.*--stream"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -35,20 +36,20 @@ def paper() -> Drivetrain:
 # Sensitivities
 
 
-def test_slope_of_a_power_law():
+def test_slope_of_a_power_law() -> None:
     p = np.geomspace(1.0, 100.0, 9)
     assert log_slope(p, 3.0 * p**0.5) == pytest.approx(0.5)
     assert log_slope(np.ones(3), p[:3]) == 0.0
 
 
-def test_rank_correlation():
+def test_rank_correlation() -> None:
     p = np.linspace(1.0, 2.0, 9)
     assert spearman(p, np.exp(p)) == pytest.approx(1.0)
     assert spearman(p, -(p**3)) == pytest.approx(-1.0)
     assert spearman(p, np.full(9, 3.0) + 1e-14 * p) == 0.0
 
 
-def test_the_ranking_finds_what_matters(paper):
+def test_the_ranking_finds_what_matters(paper: Any) -> None:
     found = samples_of(
         paper, ["planetary.carrier.mass=±5%", "reducer.mesh_stiffness=±5%"], samples=20
     )
@@ -59,7 +60,7 @@ def test_the_ranking_finds_what_matters(paper):
     assert max(mesh) == pytest.approx(1.0)
 
 
-def test_percentiles_are_those_of_all_lines_at_once():
+def test_percentiles_are_those_of_all_lines_at_once() -> None:
     magnitude = 10.0 ** np.random.default_rng(0).normal(size=(40, 1300))
     rows = np.arange(1, 40, 2)
     expected = np.percentile(20 * np.log10(magnitude[rows]), (5, 25, 50, 75, 95), axis=0)
@@ -82,7 +83,9 @@ def fast(out: Path) -> list[str]:
     return [*frf, "--df", "10", "--fmax", "1000", "--route", "equations", "--out", str(out)]
 
 
-def test_the_command_writes_table_and_pictures(tmp_path, capsys):
+def test_the_command_writes_table_and_pictures(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert run("paper", "--vary", f"{SPRING}=1e5:1e7:7log", "--modes", "5", *fast(tmp_path)) == 0
     assert "7 of 7 samples computed" in capsys.readouterr().out
     names = {path.name for path in tmp_path.iterdir()}
@@ -93,7 +96,7 @@ def test_the_command_writes_table_and_pictures(tmp_path, capsys):
     assert len(rows) == 7
     with np.load(tmp_path / "sweep.npz", allow_pickle=False) as data:
         assert data["magnitude"].shape == (7, 100)
-        at = [max(find_peaks(m)[0], key=lambda k, m=m: m[k]) for m in data["magnitude"]]
+        at = [max(find_peaks(m)[0], key=m.__getitem__) for m in data["magnitude"]]
         peak = 20 * np.log10([m[k] for m, k in zip(data["magnitude"], at, strict=True)])
         np.testing.assert_allclose(data["peak_db"], peak)
         np.testing.assert_allclose([float(row["peak_db"]) for row in rows], peak)
@@ -107,7 +110,7 @@ def test_the_command_writes_table_and_pictures(tmp_path, capsys):
     assert rows[0]["kind1"] == "rigid-body"
 
 
-def test_samples_have_bands_and_old_pictures_go(tmp_path):
+def test_samples_have_bands_and_old_pictures_go(tmp_path: Path) -> None:
     assert run("paper", "--vary", f"{SPRING}=1e5,1e6", *fast(tmp_path)) == 0
     assert (tmp_path / "frf_map.svg").exists()
     options = ["--vary", f"{SPRING}=1e5±10%", "--samples", "6"]
@@ -116,7 +119,7 @@ def test_samples_have_bands_and_old_pictures_go(tmp_path):
     assert not (tmp_path / "frf_map.svg").exists()
 
 
-def test_a_streamed_command_leaves_the_frfs_in_a_file(tmp_path):
+def test_a_streamed_command_leaves_the_frfs_in_a_file(tmp_path: Path) -> None:
     options = ["paper", "--vary", f"{SPRING}=1e5±10%", "--samples", "6", *fast(tmp_path)]
     assert run(*options) == 0
     with np.load(tmp_path / "sweep.npz") as data:
@@ -132,7 +135,9 @@ def test_a_streamed_command_leaves_the_frfs_in_a_file(tmp_path):
     assert not (tmp_path / "magnitude.npy").exists()
 
 
-def test_a_stream_that_does_not_fit_the_disk_is_refused(paper, tmp_path, monkeypatch):
+def test_a_stream_that_does_not_fit_the_disk_is_refused(
+    paper: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
@@ -147,7 +152,7 @@ def test_a_stream_that_does_not_fit_the_disk_is_refused(paper, tmp_path, monkeyp
     assert list(pieces.directory.iterdir()) == []
 
 
-def test_a_failing_sample_is_a_warning(tmp_path, capsys):
+def test_a_failing_sample_is_a_warning(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run("paper", "--vary", "planetary.planets=3,40", *fast(tmp_path)) == 0
     assert "sample 1 (planetary.planets = 40): " in capsys.readouterr().err
 
@@ -164,7 +169,9 @@ def test_a_failing_sample_is_a_warning(tmp_path, capsys):
         ([], "--vary is missing"),
     ],
 )
-def test_bad_input_is_one_message(tmp_path, capsys, options, said):
+def test_bad_input_is_one_message(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], options: list[Any] | list[str], said: str
+) -> None:
     assert run("paper", *fast(tmp_path), *options) == 2
     error = capsys.readouterr().err
     assert said in error
@@ -178,18 +185,20 @@ def test_bad_input_is_one_message(tmp_path, capsys, options, said):
         (["--metric", "peak"], "--metric peak: needs an FRF; give --response and --excitation"),
     ],
 )
-def test_what_needs_an_frf_says_so(tmp_path, capsys, options, said):
+def test_what_needs_an_frf_says_so(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], options: list[str], said: str
+) -> None:
     assert run("paper", "--vary", "planetary.planets=3", "--out", str(tmp_path), *options) == 2
     assert capsys.readouterr().err == f"crosscheck: {said}\n"
 
 
-def test_one_dof_alone_is_refused(tmp_path, capsys):
+def test_one_dof_alone_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     options = ["--vary", "planetary.planets=3", "--response", PAIR[0], "--out", str(tmp_path)]
     assert run("paper", *options) == 2
     assert "give both, or neither" in capsys.readouterr().err
 
 
-def test_the_help_shows_the_forms_as_they_are_typed(capsys):
+def test_the_help_shows_the_forms_as_they_are_typed(capsys: pytest.CaptureFixture[str]) -> None:
     """Colons around a word would be drawn as an emoji: a:b:N was."""
     assert run("--help") == 0
     said = capsys.readouterr().out

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -60,13 +61,13 @@ def found() -> Findings:
         ("frequency:5", ("frequency_5_hz",), [[np.nan], [np.nan]]),
     ],
 )
-def test_what_they_measure(text, names, expected):
+def test_what_they_measure(text: str, names: tuple[str, str] | tuple[str], expected: Any) -> None:
     (metric,) = metrics([text], LINES)
     assert metric.columns == names
     np.testing.assert_allclose(metric.values(found()), expected, rtol=1e-13)
 
 
-def test_the_rise_of_a_free_drivetrain_to_0_hz_is_no_peak():
+def test_the_rise_of_a_free_drivetrain_to_0_hz_is_no_peak() -> None:
     lines = np.arange(1.0, 101.0)
     magnitude = 1.0 / lines**2 + 1e-3 / (1.0 + (lines - 60.0) ** 2)
     given = Findings(lines, magnitude[None], [], nominal=abs)
@@ -77,7 +78,7 @@ def test_the_rise_of_a_free_drivetrain_to_0_hz_is_no_peak():
     np.testing.assert_allclose(metric.values(given), [[20 * math.log10(magnitude[0]), 1.0]])
 
 
-def test_nothing_asked_for_is_peak_and_rms():
+def test_nothing_asked_for_is_peak_and_rms() -> None:
     assert columns(metrics([], LINES)) == ("peak_db", "peak_hz", "rms_m_per_n")
     assert metrics([], None) == ()
 
@@ -106,12 +107,12 @@ def test_nothing_asked_for_is_peak_and_rms():
         ("frequency:global:1:2", "must be frequency:N"),
     ],
 )
-def test_wrong_ones_say_what_is_right(text, said):
+def test_wrong_ones_say_what_is_right(text: str, said: str) -> None:
     with pytest.raises(CommandError, match=f"^--metric {text}: .*{said}"):
         metrics([text], LINES)
 
 
-def test_metrics_that_do_not_fit():
+def test_metrics_that_do_not_fit() -> None:
     with pytest.raises(CommandError, match="--metric level:10: is given 2 times"):
         metrics(["level:10", "peak", "level:10.0"], LINES)
     with pytest.raises(CommandError, match="peak: needs an FRF; give --response and --excitation"):
@@ -119,7 +120,7 @@ def test_metrics_that_do_not_fit():
     assert columns(metrics(["frequency:1"], None)) == ("frequency_1_hz",)
 
 
-def test_against_rebuilt_systems(paper):
+def test_against_rebuilt_systems(paper: Any) -> None:
     """Columns of a sweep against direct solves and exudyn's modes of each sample."""
     variation = samples_of(paper, [f"{SPRING}=1e5,2e6", "planetary.planets=3,4"])
     asked = ["level:70", "drop:70", "frequency:translational:1", "frequency:12"]
@@ -144,7 +145,7 @@ def test_against_rebuilt_systems(paper):
         assert row[3] == pytest.approx(modes[11].frequency_hz, rel=1e-6)
 
 
-def test_they_are_ranked_and_drawn(paper):
+def test_they_are_ranked_and_drawn(paper: Any) -> None:
     variation = samples_of(
         paper, ["reducer.mesh_stiffness=~5%", "planetary.sun.mass=±5%"], samples=12
     )
@@ -157,7 +158,7 @@ def test_they_are_ranked_and_drawn(paper):
     assert "metrics.svg" in {picture.file for picture in pictures(result)}
 
 
-def test_a_level_is_ranked_by_the_amplitude_it_stands_for(paper):
+def test_a_level_is_ranked_by_the_amplitude_it_stands_for(paper: Any) -> None:
     """Far above resonance of the spring H is proportional to its stiffness: slope 1."""
     variation = samples_of(paper, [f"{SPRING}=1e3,1e4"])
     todo = sweep_plan(
@@ -169,7 +170,7 @@ def test_a_level_is_ranked_by_the_amplitude_it_stands_for(paper):
     assert slope.value == pytest.approx(1.0, abs=1e-3)
 
 
-def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     options = ["sweep", "paper", "--vary", f"{SPRING}=1e5:1e7:5log", "--out", str(tmp_path)]
     options += ["--response", PAIR[0], "--excitation", PAIR[1], "--df", "10", "--fmax", "200"]
     asked = ["peak:20:100", "level:70", "frequency:2", "frequency:planet:5"]

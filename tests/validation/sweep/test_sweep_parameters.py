@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.stats import kstest, norm
 from scipy.stats import uniform as scipy_uniform
 
 from mbs_models.model.model_file import load
-from mbs_models.model.parameters import Drivetrain
+from mbs_models.model.parameters import Drivetrain, ParallelStage
 from validation.errors import CommandError
 from validation.routes.bands import Band
 from validation.sweep.parameters import changed, model_data, samples_of, steps_to
@@ -32,24 +34,26 @@ def paper() -> Drivetrain:
         ("4,2.5", (4.0, 2.5)),
     ],
 )
-def test_values(paper, spec, expected):
+def test_values(
+    paper: Any, spec: str, expected: tuple[float, float, float] | tuple[float, float]
+) -> None:
     found = samples_of(paper, [f"{SPRING}={spec}"])
     np.testing.assert_allclose([s[0] for s in found.rows], expected, rtol=1e-14)
     assert not found.sampled
 
 
-def test_whole_numbers_stay_whole(paper):
+def test_whole_numbers_stay_whole(paper: Any) -> None:
     found = samples_of(paper, ["planetary.planets=3:5:3"])
     assert [type(value) for (value,) in found.rows] == [int, int, int]
 
 
-def test_several_parameters_are_a_grid(paper):
+def test_several_parameters_are_a_grid(paper: Any) -> None:
     found = samples_of(paper, ["planetary.planets=3,4", f"{SPRING}=1,2,3"])
     assert found.rows == ((3, 1.0), (3, 2.0), (3, 3.0), (4, 1.0), (4, 2.0), (4, 3.0))
 
 
 @pytest.mark.parametrize("sign", ["±", "+-"])
-def test_tolerances_are_a_latin_hypercube(paper, sign):
+def test_tolerances_are_a_latin_hypercube(paper: Any, sign: str) -> None:
     options = [f"planetary.sun_mesh_stiffness=5e8{sign}10%", f"reducer.pinion.mass={sign}5%"]
     found = samples_of(paper, options, samples=50, seed=3)
     assert found.sampled
@@ -61,7 +65,7 @@ def test_tolerances_are_a_latin_hypercube(paper, sign):
         np.testing.assert_array_equal(np.sort(strata), np.arange(50))
 
 
-def test_tolerances_beside_a_grid_are_drawn_alike_at_each_point(paper):
+def test_tolerances_beside_a_grid_are_drawn_alike_at_each_point(paper: Any) -> None:
     options = ["reducer.pinion.mass=±5%", "planetary.planets=3,4"]
     found = np.array(samples_of(paper, options, samples=7).rows)
     assert found.shape == (14, 2)
@@ -70,7 +74,7 @@ def test_tolerances_beside_a_grid_are_drawn_alike_at_each_point(paper):
 
 
 @pytest.mark.parametrize("sampling", ["lhs", "random"])
-def test_tolerances_are_distributed_as_asked(paper, sampling):
+def test_tolerances_are_distributed_as_asked(paper: Any, sampling: str) -> None:
     options = ["reducer.pinion.mass=4~5%", "planetary.sun.mass=0.4±10%"]
     found = samples_of(paper, options, samples=4000, seed=1, sampling=sampling)
     assert found == samples_of(paper, options, samples=4000, seed=1, sampling=sampling)
@@ -83,14 +87,14 @@ def test_tolerances_are_distributed_as_asked(paper, sampling):
     assert abs(np.corrcoef(normal, uniform)[0, 1]) < 5 / 4000**0.5
 
 
-def test_random_samples_are_no_hypercube(paper):
+def test_random_samples_are_no_hypercube(paper: Any) -> None:
     options = ["planetary.sun_mesh_stiffness=5e8±10%"]
     found = samples_of(paper, options, samples=50, sampling="random")
     strata = np.floor((np.array(found.rows)[:, 0] - 4.5e8) / 1e8 * 50)
     assert len(set(strata)) < 50
 
 
-def test_a_normal_sample_that_cannot_be_is_reported(paper):
+def test_a_normal_sample_that_cannot_be_is_reported(paper: Any) -> None:
     """A mass of 2 kg ± 100 % (one standard deviation) is negative in 16 % of all samples."""
     found = samples_of(paper, ["reducer.pinion.mass=2~100%"], samples=100)
     outcome = sweep(sweep_plan(paper, found, BAND, None, 1, "equations"), found.rows)
@@ -124,12 +128,12 @@ def test_a_normal_sample_that_cannot_be_is_reported(paper):
         (f"{SPRING}=1:2:2000000", "at most 1000000|must be from 2 to 1000000"),
     ],
 )
-def test_wrong_options_say_what_is_right(paper, option, said):
+def test_wrong_options_say_what_is_right(paper: Any, option: Any, said: str) -> None:
     with pytest.raises(CommandError, match=said):
         samples_of(paper, [option])
 
 
-def test_options_that_do_not_fit_together(paper):
+def test_options_that_do_not_fit_together(paper: Any) -> None:
     with pytest.raises(CommandError, match="--vary is missing"):
         samples_of(paper, [])
     with pytest.raises(CommandError, match="given 2 times"):
@@ -144,9 +148,10 @@ def test_options_that_do_not_fit_together(paper):
         samples_of(paper, [f"{SPRING}=±5%"], sampling="sobol")
 
 
-def test_a_key_left_to_its_default_can_be_varied(paper):
+def test_a_key_left_to_its_default_can_be_varied(paper: Any) -> None:
     data = model_data(paper)
     damped = changed(data, {steps_to(data, "damping.stiffness_proportional"): 2e-6})
     assert damped.damping.stiffness_proportional == 2e-6
     turned = changed(data, {steps_to(data, "reducer.pressure_angle"): 22.0})
-    assert turned.stage("reducer").pressure_angle == 22.0
+    (reducer,) = turned.stages_of(ParallelStage)
+    assert reducer.pressure_angle == 22.0
