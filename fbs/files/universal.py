@@ -269,7 +269,8 @@ def _function(content: bytes, head: bytes, at: int, number: int) -> tuple[Functi
     abscissa, above, below = (_axis(line, name) for line in lines[7:10])
     x = table[:, 0] if spacing == UNEVEN else first + step * np.arange(count)
     y = table[:, spacing == UNEVEN :]
-    values = y[:, 0] + 1j * y[:, 1] if ordinate in COMPLEX else y[:, 0]
+    with np.errstate(invalid="ignore"):  # who takes what is not finite refuses it, in words
+        values = y[:, 0] + 1j * y[:, 1] if ordinate in COMPLEX else y[:, 0]
     ids = tuple(line.rstrip() for line in lines[:5])
     function = Function(
         ids,  # type: ignore[arg-type]  # five lines

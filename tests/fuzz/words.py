@@ -85,8 +85,7 @@ def sweep_words(rng: random.Random, folder: Path) -> str:
         line += [rng.choice(("--seed", "--modes")), number(rng)[:8]]
     if rng.random() < 0.2:
         line += ["--stream"]
-    if _many(spec):
-        line = [word if word != "sweep" else "sweep" for word in line]
+    if _many(spec) or any(word.isdigit() and 1000 < int(word) <= 10**6 for word in line):
         return refused_or(lambda: samples_of(load(SMALL), [f"{path}={spec}"], 3))
     called = command(*line)
     left_nothing(called.code, Path("out"))

@@ -11,7 +11,7 @@ from mbs_models.integration.run_store import remove_run
 from mbs_models.integration.time_integration import SimulationError
 from mbs_models.model.model_file import folder_of, load
 
-from ..errors import CommandError
+from ..errors import CommandError, require_frequencies
 from ..report.command import run_study
 from ..report.publish import publish
 from ..runtime.output_folder import WORK
@@ -55,6 +55,7 @@ def run_command(
     for name in save:
         if name not in FORMATS:
             raise CommandError(f"--save = {name!r}: must be npz, csv or uff")
+    require_frequencies(fmax=options.fmax, sampling=options.sampling_frequency)
     drivetrain = load(model)
     options = replace(
         options,

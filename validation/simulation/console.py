@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import numpy as np
 from rich.console import Console
 
 from ..report.console import print_table, print_verdicts, say
@@ -35,10 +34,9 @@ def print_result(result: SimulationResult, terminal: Console) -> None:
 
 def _frfs(result: SimulationResult) -> Iterator[str]:
     for estimated in result.estimated:
-        median = np.median(estimated.decibels[estimated.compared])
         yield (
-            f"FRFs from {', '.join(estimated.reference.excitations)}: {estimated.judged}; median "
-            f"difference there {median:.2g} dB."
+            f"FRFs from {', '.join(estimated.reference.excitations)}: {estimated.judged}; "
+            f"{estimated.median_difference}."
         )
     yield from result.hints
     if result.excitations and not result.estimated:

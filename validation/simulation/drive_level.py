@@ -65,7 +65,7 @@ class Level:
         """Median difference over the lines compared (dB)."""
         if self.estimated is None:
             return np.inf
-        return float(np.median(self.estimated.decibels[self.estimated.compared]))
+        return self.estimated.median_db
 
     @property
     def repeats(self) -> bool:

@@ -112,6 +112,18 @@ class EstimatedFrfs:
         return np.asarray(np.abs(20.0 * np.log10(np.abs(self._ratio))))
 
     @property
+    def median_db(self) -> float:
+        """Median difference over the lines compared (dB); NaN where there are none."""
+        differences = self.decibels[self.compared]
+        return float(np.median(differences)) if differences.size else np.nan
+
+    @property
+    def median_difference(self) -> str:
+        """The same, in words."""
+        median = self.median_db
+        return "no line is judged" if np.isnan(median) else f"median difference {median:.2g} dB"
+
+    @property
     def degrees(self) -> FloatArray:
         """Differences of phase; 0 on lines not compared."""
         return np.asarray(np.degrees(np.abs(np.angle(self._ratio))))

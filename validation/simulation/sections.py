@@ -72,8 +72,7 @@ def _frfs(estimated: EstimatedFrfs, place: int) -> Section:
             if estimated.estimate.n_averages > 1
             else ""
         )
-        + f"; median difference {np.median(estimated.decibels[estimated.compared]):.2g} dB on the "
-        "lines judged."
+        + f"; {estimated.median_difference}."
     ]
     if estimated.estimate.kind == "H1" and coherence is not None:
         words.append(
