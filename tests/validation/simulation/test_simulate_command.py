@@ -137,7 +137,7 @@ BAD = {
     "integrator": ((*ASKED, "--integrator", "euler"), "integrator 'euler': must be"),
     "step": ((*ASKED, "--step", "nan"), "step: must be above 0 s, got nan"),
     "fmax": ((*ASKED, "--fmax", "100"), "fmax = 100 Hz: the excitation reaches 2000 Hz"),
-    "fmax NaN": ((*ASKED, "--fmax", "nan"), "fmax = nan Hz"),
+    "fmax NaN": ((*ASKED, "--fmax", "nan"), "--fmax = nan: must be finite"),
     "type": (("--excitation", f"chirp@{W}"), 'type = "chirp": must be'),
     "key": (("--excitation", f"{MULTISINE},color=3"), "color = 3: unknown key"),
     "no file": (("--excitation", f"record@{W}:file=none.csv"), "cannot be read"),
