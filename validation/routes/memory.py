@@ -15,8 +15,9 @@ MOST_BYTES = 2e9  # a sweep's results have the same limit
 COMPLEX = 16  # bytes
 
 # `run` keeps every curve of its report by every route: the complex number of each value, once more
-# on its way to results.npz, and what grows with the lines beside them (42 bytes measured).
-BYTES_PER_CURVE_VALUE = 60
+# on its way to results.npz, what grows with the lines beside them, and the blocks of lines that are
+# being compared (150 bytes measured, all of it on 24 000 lines).
+BYTES_PER_CURVE_VALUE = 160
 ROUTES = 6
 
 # `frf` holds the matrix and the one it is made from (coupled and selected, or converted);
