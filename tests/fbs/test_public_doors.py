@@ -182,7 +182,7 @@ def refused(name: str, values: list[Any]) -> int:
                 function(**{**valid, key: value})
             except FbsError:
                 count += 1
-            except Exception as error:
+            except Exception as error:  # any other is the fault looked for: said with its call
                 raise AssertionError(f"{name}({key}={value!r}): {error!r}") from error
     return count
 
