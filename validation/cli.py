@@ -28,12 +28,14 @@ from .cli_options import (
     Harmonics,
     Metrics,
     Model,
+    Only,
     Replace,
     Resample,
     Responses,
     Route,
     SignalKind,
     Speeds,
+    Theirs,
     Torque,
     TruncatedStages,
     TruncationBand,
@@ -185,6 +187,51 @@ def paper(
 
     if not run_command(out, only, tolerance).agrees:
         raise typer.Exit(1)
+
+
+@app.command()
+def explain(
+    model: Model,
+    theirs: Theirs,
+    ours: Annotated[
+        Path | None, typer.Option(help="A file of our FRFs in place of the model's own.")
+    ] = None,
+    stage: Annotated[
+        str | None,
+        typer.Option(help="The stage or inertia alone whose result it is, with its half hubs."),
+    ] = None,
+    only: Only = None,
+    quantity: FileQuantity = None,
+    unit: FileUnit = None,
+    test_run: FileRun = None,
+    channel_map: FileMap = None,
+    noise: Annotated[
+        str | None,
+        typer.Option(metavar="1%", help="Of natural frequencies, one standard deviation."),
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Where explanation.html goes.")] = Path(
+        "crosscheck-explanation"
+    ),
+) -> None:
+    """Say which change of the model, or which slip, makes THEIRS and ours equal.
+
+    Exit code 1 if nothing does.
+    """
+    from .checks.part_uncertainty import parse_noise
+    from .explanation.command import run_command
+    from .routes.frf_input import file_options
+
+    result = run_command(
+        model,
+        theirs,
+        out,
+        ours=ours,
+        stage=stage,
+        only=only or (),
+        options=file_options(quantity, unit, test_run, channel_map),
+        noise=parse_noise(noise),
+    )
+    end(result.agrees)
 
 
 @app.command()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -202,5 +203,22 @@ Excitations = Annotated[
         help="harmonic, stepped-sine, sweep, multisine, noise, impulse or record at a DoF, as "
         "sweep@reducer.pinion.w:fmax=2000,amplitude=0.1; may be repeated (default: the model "
         "file's, else a multisine at the first DoF).",
+    ),
+]
+
+# crosscheck explain
+Theirs = Annotated[
+    Path,
+    typer.Argument(
+        metavar="THEIRS",
+        help="Another result of it: FRFs (.uff, .npz, .csv, .mat), natural frequencies (.txt, "
+        ".csv), or M, C, K (.npz, .mat, a folder of .mtx).",
+    ),
+]
+Only = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="PATTERN",
+        help="Parameters that may be wrong, as 'reducer.*'; may be repeated (default: all).",
     ),
 ]

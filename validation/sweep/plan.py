@@ -17,8 +17,9 @@ from ..arrays import BoolArray, FloatArray
 from ..errors import CommandError
 from ..routes.bands import Band
 from ..routes.memory import MOST_BYTES
+from ..routes.model_parameters import model_data
 from .metrics import Metric, ModeMetric, columns, metrics
-from .parameters import Samples, Values, model_data
+from .parameters import Samples, Values
 
 MOST_MODES = 1000
 REFERENCE_STEP = 1e3  # reference springs of one sweep are this factor apart

@@ -28,12 +28,13 @@ from mbs_models.model.placement import hub_ratios
 
 from ..arrays import FloatArray
 from ..errors import CommandError
+from ..routes.model_parameters import Step, changed, steps_to
 from ..routes.modes import damped_modes
 from ..routes.routes import source_by_name
 from ..routes.source import Source
 from .interface import Interface
 from .metrics import Findings, FoundModes
-from .parameters import Step, Values, changed, steps_to
+from .parameters import Values
 from .plan import SampleResults, SweepPlan, base_values, blank
 
 T = TypeVar("T")

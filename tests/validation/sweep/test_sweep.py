@@ -21,10 +21,11 @@ from mbs_models.model.model_file import load
 from mbs_models.model.parameters import Drivetrain
 from validation.errors import CommandError
 from validation.routes.bands import Band
+from validation.routes.model_parameters import changed, model_data, steps_to
 from validation.routes.source import equations_source, exudyn_source
 from validation.runtime.executors import Workers, process_pool
 from validation.sweep import sample as sweep_sample
-from validation.sweep.parameters import Samples, Values, changed, model_data, samples_of, steps_to
+from validation.sweep.parameters import Samples, Values, samples_of
 from validation.sweep.pieces import FIELDS, Pieces
 from validation.sweep.plan import SampleResults, SweepPlan, base_values, reference, sweep_plan
 from validation.sweep.run import sweep
