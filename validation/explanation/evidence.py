@@ -20,6 +20,7 @@ from ..arrays import ComplexArray, FloatArray
 FLOOR = 1e-2  # of √(row's · column's norm) at a line: what lies 40 dB below counts as zero
 NEGLIGIBLE = 1e-6  # of a residual: 2e-5 dB, the digits that files of FRFs are written with
 AUTOCORRELATION = 5.0  # standard deviations: one FRF of 3 million that are noise looks so
+ALIKE = 1e-8
 QUIET = 1e-7  # of a residual: less is no noise of a measurement
 RANK = 1e-10
 SEARCH_LINES = 150  # of those there are, to rank candidates by
@@ -82,6 +83,10 @@ class Evidence(Protocol):
     def count(self) -> str:
         """How much it is, in words."""
 
+    @property
+    def alike(self) -> float:
+        """RMS of a residual below which one explanation is as good as another."""
+
     def residual(self, system: SecondOrderSystem) -> FloatArray:
         """(n,) of a system against it."""
 
@@ -119,6 +124,11 @@ class FrfEvidence:
     def lines(self) -> FloatArray:
         """Its lines (Hz)."""
         return self.frf.frequency
+
+    @property
+    def alike(self) -> float:
+        """Round-off of FRFs near an undamped pole."""
+        return ALIKE
 
     @property
     def count(self) -> str:

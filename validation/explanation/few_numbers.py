@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fbs import SecondOrderSystem, real_modes
+from fbs import FbsError, SecondOrderSystem, real_modes
 from fbs.damped_modes import modal_damping
 
 from ..arrays import FloatArray, IndexArray
@@ -16,6 +16,7 @@ from .evidence import Remainder, Slope, differenced, stepped
 WIDTH = 0.05  # relative: a frequency that far off counts half of what any does
 DIGITS = 5e-4  # relative: what tables that were computed from rounded numbers are off by
 NOWHERE_HZ = 1e12
+ONE_GROUP = 1e-3  # relative: modes so near each other may be mixed in any way
 EXACT = 1e-9  # of matrices' entries
 
 
@@ -49,6 +50,11 @@ class FrequencyEvidence:
         """A band around them (Hz)."""
         low, high = self.frequencies_hz[0], self.frequencies_hz[-1]
         return np.geomspace(0.8 * low, 1.25 * high, 400)
+
+    @property
+    def alike(self) -> float:
+        """What its digits leave open."""
+        return float(np.sqrt(np.mean(self._allowed(len(self.frequencies_hz)) ** 2)))
 
     @property
     def count(self) -> str:
@@ -90,18 +96,17 @@ class FrequencyEvidence:
     def _shape_residual(
         self, shapes: FloatArray, place: IndexArray, elastic: FloatArray
     ) -> FloatArray:
-        """√(1 − MAC) of each with the modes within `WIDTH` of the one matched."""
+        """√(1 − MAC) of each with the modes of the group that it is matched with."""
         assert self.shapes is not None
-        rigid = shapes.shape[1] - len(elastic)
+        rigid = max(shapes.shape[1] - len(elastic), 0)
+        elastic = elastic[: shapes.shape[1] - rigid]
         found = []
         for theirs, at in zip(self.shapes, place, strict=True):
-            own = elastic[max(at - rigid, 0)]
-            near = rigid + np.flatnonzero(
-                np.abs(elastic[: shapes.shape[1] - rigid] / own - 1) < 1e-3
-            )
+            own = elastic[min(max(at - rigid, 0), len(elastic) - 1)]
+            near = rigid + np.flatnonzero(np.abs(elastic / own - 1.0) < ONE_GROUP)
             basis = np.linalg.svd(shapes[:, near], full_matrices=False)[0]
-            inside = np.linalg.norm(basis.T @ theirs) / np.linalg.norm(theirs)
-            found.append(np.sqrt(max(1.0 - inside**2, 0.0)))
+            inside = float(np.linalg.norm(basis.T @ theirs) / np.linalg.norm(theirs))
+            found.append(max(1.0 - inside**2, 0.0) ** 0.5)
         return np.array(found)
 
     def remainder(self, residual: FloatArray) -> Remainder:
@@ -173,6 +178,11 @@ class MatrixEvidence:
         return np.geomspace(1.0, 15000.0, 400)
 
     @property
+    def alike(self) -> float:
+        """Round-off."""
+        return EXACT
+
+    @property
     def count(self) -> str:
         """Which."""
         letters = {"mass": "M", "damping": "C", "stiffness": "K"}
@@ -181,6 +191,8 @@ class MatrixEvidence:
 
     def residual(self, system: SecondOrderSystem) -> FloatArray:
         """Entries' differences over their sizes, or over `EXACT` of their DoFs' own."""
+        if set(self.dofs) != set(system.dofs):
+            raise FbsError("the matrices are of other DoFs than the system")
         order = [system.dofs.index(dof) for dof in self.dofs]
         parts = []
         for name, theirs in self.matrices.items():

@@ -1,4 +1,4 @@
-"""Gross causes in the other model: a support or part that is not there, units of its keys, damping."""
+"""Gross causes in the other model: supports or parts that are not there, units, damping."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from .candidates import Case
 from .file_hypotheses import Hypothesis
 
 LOG_LOSS = (math.log(1e-5), math.log(0.3))
+SCANNED = 4.8  # ln of the largest change a parameter is scanned for
 SUPPORTS = ("bearing", "support", "torsional_stiffness", "rocking")
 SWAPPED = (
     ("sun_mesh_stiffness", "ring_mesh_stiffness", "sun's and ring's mesh stiffness"),
@@ -53,6 +54,7 @@ def model_hypotheses(case: Case) -> Iterator[Hypothesis]:
     yield from _couplings(drivetrain)
     yield from _planets(drivetrain)
     yield from _exchanged(drivetrain, known)
+    yield from _of_others(known)
     yield from _of_presets(drivetrain)
     yield from _damping(drivetrain)
 
@@ -210,6 +212,24 @@ def _exchanged(drivetrain: Drivetrain, known: Mapping[str, object]) -> Iterator[
                     "exchanged", f"{first} and {second} of {owner} are exchanged",
                     {path: other, f"{owner}.{second}": value},
                 )  # fmt: skip
+
+
+def _of_others(known: Mapping[str, object]) -> Iterator[Hypothesis]:
+    """Inertias and stiffnesses that have another's value, further off than the scan goes."""
+    numbers = {p: v for p, v in known.items() if isinstance(v, float) and v > 0.0 and _kind(p)}
+    for path, value in numbers.items():
+        for other, new in {v: p for p, v in numbers.items() if _kind(p) == _kind(path)}.items():
+            if abs(math.log(other / value)) > SCANNED:
+                words = f"{path} is {other:g} instead of {value:g}, as {new} is"
+                yield on_values("value", words, {path: other})
+
+
+def _kind(path: str) -> str:
+    """What may be mistaken for what."""
+    key = path.rpartition(".")[2]
+    if key == "mass" or key.endswith("inertia_over_r2"):
+        return "inertia"
+    return "stiffness" if key.endswith(("stiffness", "bearing", "support")) else ""
 
 
 def _of_presets(drivetrain: Drivetrain) -> Iterator[Hypothesis]:

@@ -101,7 +101,8 @@ def plan(
             raise CommandError(f"--ours = {ours}: both files must hold FRFs")
         case = case.held_against(_with_ours(evidence, own, case, ours))
         notes = (*notes, *more)
-    return ExplanationPlan(case, theirs, ours, _candidates(drivetrain, only), notes, part or "")
+    chosen = _candidates(drivetrain, only, part)
+    return ExplanationPlan(case, theirs, ours, chosen, notes, part or "")
 
 
 def _with_ours(evidence: FrfEvidence, own: FrfEvidence, case: Case, path: Path) -> FrfEvidence:
@@ -118,8 +119,13 @@ def _with_ours(evidence: FrfEvidence, own: FrfEvidence, case: Case, path: Path) 
     return FrfEvidence(found.frf, given.values - found.ours(case.system))
 
 
-def _candidates(drivetrain: Drivetrain, only: Sequence[str]) -> tuple[Parameter, ...]:
+def _candidates(
+    drivetrain: Drivetrain, only: Sequence[str], part: str | None
+) -> tuple[Parameter, ...]:
     known = parameters(drivetrain)
+    if part is not None:  # other parts' are not in its result
+        others = {each.name for each in drivetrain.parts} - {part}
+        known = tuple(p for p in known if p.paths[0].partition(".")[0] not in others)
     for pattern in only:
         if not any(fnmatchcase(path, pattern) for p in known for path in p.paths):
             raise CommandError(

@@ -14,7 +14,6 @@ from .evidence import FrfEvidence
 from .file_hypotheses import Hypothesis, file_hypotheses
 from .fit import (
     FAILURES,
-    ROUND_OFF,
     Change,
     Explanation,
     fitted,
@@ -31,7 +30,6 @@ SCANNED = 16  # causes to add, by their slope
 SECONDS = 4  # causes added to each, best by their scan, and as many by their slope
 ALIKE = math.log(1e3)  # ln of a likelihood ratio below which two explanations are one answer
 TOLD = math.log(1e2)  # that another cause must gain beyond its number of parameters' ln n/2
-ROUND_OFF_ALIKE = 1e-8  # rms below which what remains is round-off: such explanations are alike
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,19 +110,21 @@ def explain(
     )
 
 
-def _rank(explanation: Explanation) -> tuple[float, int]:
-    """What is left, to round-off; of equals the one that says less."""
-    left = max(math.log(explanation.power + ROUND_OFF**2), 2.0 * math.log(ROUND_OFF_ALIKE))
-    return (round(left, 3), sum(len(c.parameter.paths) for c in explanation.changes))
+def _rank(explanation: Explanation) -> tuple[float, bool, int, int]:
+    """What is left, to what is alike; of equals the one that says less."""
+    left = math.log(max(explanation.power, explanation.case.evidence.alike**2))
+    paths = sum(len(change.parameter.paths) for change in explanation.changes)
+    return (round(left, 3), explanation.remainder.structured, explanation.free, paths)
 
 
 def _alike(best: Explanation, other: Explanation) -> bool:
     if other.causes > best.causes:
         return False
-    if max(best.power, other.power) < ROUND_OFF_ALIKE**2:
+    if best.remainder.structured or other.remainder.structured:
+        return False
+    if max(best.power, other.power) <= best.case.evidence.alike**2:
         return True
-    both = not (best.remainder.structured or other.remainder.structured)
-    return both and log_likelihood_ratio(best, other) < ALIKE
+    return log_likelihood_ratio(best, other) < ALIKE
 
 
 def _gains(one: Explanation, more: Explanation) -> bool:

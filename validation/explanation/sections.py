@@ -45,8 +45,8 @@ METHOD = (
     "the scan is exact by Woodbury’s formula. Sensitivities are −H (∂Z/∂p) H.",
     "Explanations are ranked by what they leave. A second and a third cause are looked for only "
     "while what is left has structure, and kept if they gain more than BIC asks.",
-    "What is left is noise where neither its numbers nor their phases go together from line to line "
-    "(5 standard deviations).",
+    "What is left is noise where neither its numbers nor their phases go together from line to "
+    "line (5 standard deviations).",
 )
 
 
@@ -114,6 +114,7 @@ def _frf_pictures(before: Explanation, after: Explanation) -> Iterator[Block]:
     first, second = (
         np.hypot(*each.case.residual.reshape(2, *ours.shape)) for each in (before, after)
     )
+    theirs_now = "theirs, gross causes undone" if after.gross else "theirs"
     worst = np.argsort(-np.mean(first**2, axis=0), axis=None)[:DRAWN]
     for count, (i, j) in enumerate(zip(*np.unravel_index(worst, ours.shape[1:]), strict=True)):
         name = f"{theirs.frf.responses[i]} ← {theirs.frf.excitations[j]}"
@@ -127,8 +128,8 @@ def _frf_pictures(before: Explanation, after: Explanation) -> Iterator[Block]:
                 Difference(
                     "Residual",
                     (
-                        Curve("before", first[:, i, j], VERMILLION),
-                        Curve("after", np.maximum(second[:, i, j], 1e-12), BLUE),
+                        Curve("residual before", first[:, i, j], VERMILLION),
+                        Curve("residual after", np.maximum(second[:, i, j], 1e-12), BLUE),
                     ),
                     decades=12,
                 ),
@@ -142,7 +143,7 @@ def _frf_pictures(before: Explanation, after: Explanation) -> Iterator[Block]:
             panel = FrfPanel(
                 corrected.lines,
                 (
-                    reference_curve("theirs, gross causes undone", corrected.frf.values[:, i, j]),
+                    reference_curve(theirs_now, corrected.frf.values[:, i, j]),
                     Curve("the model with the causes", new[:, i, j], BLUE),
                 ),
             )
