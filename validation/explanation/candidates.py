@@ -157,8 +157,7 @@ def slope_of(case: Case, parameter: Parameter) -> Slope | None:
         if np.abs((first - own) / near - slope).max() > AFFINE * max(np.abs(own).max(), 1e-300):
             return None
         slopes.append(slope)
-    found = Slope(*slopes)
-    return found if any(np.any(slope) for slope in slopes) else None
+    return Slope(*slopes)
 
 
 def _is_zero(case: Case, parameter: Parameter) -> bool:

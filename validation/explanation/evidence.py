@@ -56,6 +56,11 @@ class Slope:
     damping: FloatArray
     stiffness: FloatArray
 
+    @property
+    def is_zero(self) -> bool:
+        """Whether the parameter changes nothing."""
+        return not (self.mass.any() or self.damping.any() or self.stiffness.any())
+
     def added(self, system: SecondOrderSystem, amount: float) -> SecondOrderSystem:
         """A system with some of it."""
         return replace(

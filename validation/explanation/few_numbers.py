@@ -105,14 +105,15 @@ class FrequencyEvidence:
             own = elastic[min(max(at - rigid, 0), len(elastic) - 1)]
             near = rigid + np.flatnonzero(np.abs(elastic / own - 1.0) < ONE_GROUP)
             basis = np.linalg.svd(shapes[:, near], full_matrices=False)[0]
-            inside = float(np.linalg.norm(basis.T @ theirs) / np.linalg.norm(theirs))
+            size = float(np.linalg.norm(theirs))  # 0: these DoFs stand still, which says nothing
+            inside = float(np.linalg.norm(basis.T @ theirs)) / size if size else 1.0
             found.append(max(1.0 - inside**2, 0.0) ** 0.5)
         return np.array(found)
 
     def remainder(self, residual: FloatArray) -> Remainder:
         """Structured where one is beyond its digits."""
         allowed = self._allowed(residual.size)
-        beyond = bool(np.any(np.abs(residual) > allowed))
+        beyond = not np.all(np.abs(residual) <= allowed)
         rms, noise = (float(np.sqrt(np.mean(v**2))) for v in (residual, allowed))
         return Remainder(rms, noise, beyond, float(residual.size))
 

@@ -148,6 +148,8 @@ def scanned(case: Case, parameter: Parameter) -> tuple[float, float]:
     grid = FROM_ZERO if parameter.unit else COARSE
     if slope is None:
         return min((power_of(case, [parameter], [log]), log) for log in grid)
+    if slope.is_zero:
+        return float(np.mean(case.residual**2)), 0.0
     best = (math.inf, 0.0)
     width, centres = 0.0, np.array(grid)
     for _ in range(ZOOMS):

@@ -147,15 +147,14 @@ def hypotheses(case: Case) -> list[Hypothesis]:
 def _first(case: Case, candidates: Sequence[Parameter], progress: Progress) -> list[Explanation]:
     """Explanations by one cause, best first: on some lines all, on all lines the best."""
     little = case.thinned()
-    ranked: list[tuple[float, Explanation | Change]] = []
+    ranked: list[tuple[float, Hypothesis | Change]] = []
     progress("trying gross causes", 0, MOST_CAUSES + 1)
     for hypothesis in hypotheses(little):
         try:
             power = float(np.mean(hypothesis.undone(little).residual ** 2))
-            full = Explanation(hypothesis.undone(case), (hypothesis.words,))
         except FAILURES:
             continue
-        ranked.append((power, full))
+        ranked.append((power, hypothesis))
     progress("trying parameters", 1, MOST_CAUSES + 1)
     for parameter in candidates:
         power, log = scanned(little, parameter)
@@ -164,8 +163,8 @@ def _first(case: Case, candidates: Sequence[Parameter], progress: Progress) -> l
     start = Explanation(case)
     found = []
     for _, cause in ranked[: 2 * FITTED]:
-        if isinstance(cause, Explanation):
-            found.append(cause)
+        if isinstance(cause, Hypothesis):
+            found.append(Explanation(cause.undone(case), (cause.words,)))
         elif len(found) < FITTED + len([e for e in found if e.gross]):
             fit = fitted(start, [cause])
             found += [fit] if fit is not None else []
