@@ -5,19 +5,19 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fbs import Frf, SecondOrderSystem, real_modes
+from fbs import Frf, SecondOrderSystem, SingularLineError, real_modes
 from mbs_models.modal.mode_kinds import rigid_body_count, scaled_singular_values
 
 from ..arrays import ComplexArray, FloatArray
 from ..routes.routes import MatrixRoute, kernel_condition
 from ..routes.source import Source
 from ..runtime.progress import Progress
-from .check import Check
+from .check import ROUTE_ERRORS, Check
 from .diagnosis import describe, locate
 from .metrics import error_scale, frac, row_norms, squared_errors
 
@@ -66,6 +66,8 @@ class FrfComparison:
         Frequency (Hz), response and excitation of the largest scaled error.
     frac
         Smallest FRAC of the curves kept, and the curve it belongs to.
+    failure
+        Why the route cannot be computed; empty: it can. Its errors are NaN then.
     """
 
     route: str
@@ -74,6 +76,7 @@ class FrfComparison:
     pair_max: FloatArray
     worst: tuple[float, str, str]
     frac: tuple[float, str]
+    failure: str = ""
 
     @property
     def largest(self) -> float:
@@ -171,6 +174,7 @@ class _Errors:
     line_median: FloatArray
     pair_max: FloatArray
     worst: int  # response and excitation of the worst line, as one index
+    failure: str = ""
 
     @classmethod
     def of(cls, squares: FloatArray) -> _Errors:
@@ -222,12 +226,29 @@ def _compare_block(
         if labels not in scales:
             rows, columns = (np.stack([norm[label] for label in each]) for each in labels)
             scales[labels] = error_scale(rows, columns)
-        theirs = candidate.route.frf(lines, *labels)
+        try:
+            theirs = candidate.route.frf(lines, *labels)
+        except SingularLineError:  # the axis is at fault: leave these lines out
+            raise
+        except ROUTE_ERRORS as error:
+            shape = (len(labels[0]), len(labels[1]), len(lines))
+            why = f"{candidate.route.name}: {error} ({type(error).__name__})"
+            errors[candidate.route.name] = replace(_Errors.of(np.full(shape, np.nan)), failure=why)
+            for pair in pairs:
+                curves[pair][candidate.route.name] = np.full(len(lines), complex(np.nan, np.nan))
+            continue
         same = ours if labels == (dofs, dofs) else ours.select(*labels)
         difference = (theirs.values - same.values).transpose(1, 2, 0)
         errors[candidate.route.name] = _Errors.of(squared_errors(difference, scales[labels]))
         keep(candidate.route.name, theirs)
-    kernel = kernel_condition(source, lines) if source.joints else np.empty(0)
+    kernel = np.empty(0)
+    if source.drivetrain.couplings:
+        try:
+            kernel = kernel_condition(source, lines)
+        except SingularLineError:
+            raise
+        except ROUTE_ERRORS:  # told with FBS' FRFs, which fail alike
+            kernel = np.full(len(lines), np.nan)
     return _Block(errors, curves, norms, kernel)
 
 
@@ -242,11 +263,12 @@ def _comparison(
     errors = [block.errors[name] for block in blocks]
     worst = int(np.argmax([error.line_max.max() for error in errors]))
     line_max = np.concatenate([error.line_max for error in errors])
+    failure = next((error.failure for error in errors if error.failure), "")
     i, j = divmod(errors[worst].worst, len(candidate.excitations))
     fracs = [
         (frac(by_route[reference], by_route[name]), named(*pair))
         for pair, by_route in curves.items()
-        if name in by_route
+        if name in by_route and not failure
     ]
     return FrfComparison(
         route=name,
@@ -257,6 +279,7 @@ def _comparison(
             float(frequency[line_max.argmax()]), candidate.responses[i], candidate.excitations[j]
         ),
         frac=min(fracs, default=(np.nan, "")),
+        failure=failure,
     )  # fmt: skip
 
 
@@ -293,6 +316,15 @@ def frf_checks(
 
     Where a line exceeds its tolerance, both FRFs' own bound of their round-off counts.
     """
+    routes = (reference.name, route.name)
+    every = f"all {len(comparison.pair_max) ** 2} FRFs"
+    if comparison.failure:
+        return [
+            Check(
+                "FRFs, worst line", every, routes, "a route that cannot be computed",
+                np.inf, 0.0, f"{reference.name} computes the same FRFs", (comparison.failure,),
+            )
+        ]  # fmt: skip
     allowed = np.maximum(FRF_TOLERANCE, floor)
     excess = comparison.line_max / allowed
     doubtful = np.flatnonzero(~(excess <= 1.0))
@@ -314,8 +346,6 @@ def frf_checks(
         if raised
         else ""
     )
-    routes = (reference.name, route.name)
-    every = f"all {len(comparison.pair_max) ** 2} FRFs"
     median, median_allowed = float(np.median(comparison.line_max)), MEDIAN_TOLERANCE
     median_allowed = max(median_allowed, float(np.median(floor)))
     if route.modal:
