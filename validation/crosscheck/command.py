@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from mbs_models.modal.mode_kinds import label_inertias
-from mbs_models.model.model_file import load
+from mbs_models.model.model_file import load, model_text
 
 from ..checks.part_uncertainty import Noise
 from ..report.command import run_study
@@ -56,6 +56,7 @@ def run_command(
         return cross_check(
             drivetrain,
             lines,
+            text=model_text(model),
             published=model,
             progress=progress,
             substitutions=files,

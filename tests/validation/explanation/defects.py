@@ -193,7 +193,7 @@ GROSS = {
         "in degrees was taken as radians", _stage("planetary", {"pressure_angle": np.degrees(24.6)})
     ),
     "hysteretic": Gross("hysteretic", _hysteretic),
-    "r²": Gross("inertias of reducer: r² is in them", _inertias_with_r2),
+    "r²": Gross("inertias of reducer: I or k taken for I/r²", _inertias_with_r2),
     "preset": Gross(
         "of the preset paper-table2",
         lambda: frfs_of(
