@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,7 @@ from validation.explanation.search import Answer, explain
 from validation.routes.equations import drivetrain_system
 from validation.routes.model_parameters import changed, known_parameters, model_data, steps_to
 
-Array = NDArray[np.complex128]
+Array = NDArray[Any]
 
 LINES = np.linspace(200.0, 8000.0, 400)  # Hz
 # 8 of the 36 labels, less than a quarter; 12 FRFs of 1296

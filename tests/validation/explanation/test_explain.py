@@ -317,7 +317,7 @@ def test_matrices_are_read_and_explained(kind: str, tmp_path: Path) -> None:
     arrays = {"M": system.mass, "K": system.stiffness}
     path = tmp_path / f"theirs.{kind}"
     if kind == "npz":
-        np.savez(path, **arrays)
+        np.savez(path, M=system.mass, K=system.stiffness)
     elif kind == "mat":
         savemat(path, arrays)
     else:
