@@ -161,7 +161,7 @@ def test_a_synthesis_that_is_wrong_is_caught(kind: str, monkeypatch: pytest.Monk
 
 
 # What both routes share: the tables themselves. Only the file's own text knows better.
-SHARED = {
+SHARED: Mapping[str, Mapping[str, float]] = {
     "pressure angle": {"planetary.pressure_angle": 24.7},
     "planet's mass": {"planetary.planet.mass": 0.67},
     "sun's inertia": {"planetary.sun.polar_inertia_over_r2": 0.391},
