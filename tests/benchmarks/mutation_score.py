@@ -62,12 +62,13 @@ def _change(node: ast.AST, *, write: bool) -> str:
         if write:
             node.ops[0] = new()  # type: ignore[call-overload]
         return words
-    if isinstance(node, ast.Constant) and type(node.value) in (int, float):
-        new_value = 1.5 * node.value if isinstance(node.value, float) else node.value + 1
-        words = f"{node.value!r} → {new_value!r}"
-        if write:
-            node.value = new_value
-        return words
+    if isinstance(node, ast.Constant) and not isinstance(node.value, bool):
+        value = node.value
+        if isinstance(value, int | float):
+            new_value = 1.5 * value if isinstance(value, float) else value + 1
+            if write:
+                node.value = new_value
+            return f"{value!r} → {new_value!r}"
     return ""
 
 

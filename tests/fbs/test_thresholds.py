@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 import pytest
 
@@ -52,8 +54,9 @@ def test_spectra_are_averaged_not_ratios() -> None:
         blow = np.zeros((8, 1))
         blow[1] = force
         records.append(Record(8.0, blow, gain * blow, ("f",), ("y",), "receptance"))
-    for estimator, expected in (("H1", 3.8), ("H2", 148.0 / 38.0)):
+    estimators: dict[Literal["H1", "H2"], float] = {"H1": 3.8, "H2": 148.0 / 38.0}
+    for estimator, expected in estimators.items():
         found = averaged_frf(
             records, 8, overlap=0.0, window="boxcar", estimator=estimator, remove_mean=False
-        )  # type: ignore[arg-type]
+        )
         np.testing.assert_allclose(found.frf.values, expected, rtol=1e-12)

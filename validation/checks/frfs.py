@@ -18,13 +18,14 @@ from ..routes.routes import MatrixRoute, kernel_condition
 from ..routes.source import Source
 from ..runtime.progress import Progress
 from .check import ROUTE_ERRORS, Check
-from .diagnosis import describe, locate
 from .metrics import error_scale, frac, row_norms, squared_errors
+from .tracing import NO_CHANGE, single_lines, traced
 
 Pair = tuple[str, str]
 
 VALUES_PER_BLOCK = 2**19  # 8 MB a route and thread: memory does not grow with the band
 THREADS = 4  # at most: so many blocks are held at once
+MOST_LINES = 5  # that a finding names
 FRF_TOLERANCE = 1e-8
 FRF_REASON = (
     "two solutions of the same system differ by round-off times its conditioning; a model error "
@@ -396,10 +397,14 @@ def _frf_findings(
 ) -> tuple[str, ...]:
     at, response, excitation = comparison.worst
     worst = f"largest at {at:g} Hz: response {response}, excitation {excitation}"
+    alone = single_lines(frequency, comparison.line_max)
+    if at in alone:
+        named = ", ".join(f"{line:g}" for line in alone[:MOST_LINES])
+        return worst, f"{NO_CHANGE}: single lines differ from those beside them ({named} Hz)"
     lines = _spread_lines(frequency)
     dofs = system.dofs
     ours, theirs = (r.frf(lines, dofs, dofs).values for r in (reference, route))
-    return (worst, *describe(locate(lines, ours, theirs, dofs)))
+    return (worst, *traced(lines, ours, theirs, dofs))
 
 
 def _spread_lines(frequency: FloatArray, count: int = 24) -> FloatArray:
