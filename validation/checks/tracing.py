@@ -126,7 +126,7 @@ def _pattern(frequency: FloatArray, difference: ComplexArray, dofs: Sequence[str
     over_lines, sizes, patterns = np.linalg.svd(flat, full_matrices=False)
     if sizes[0] ** 2 < PATTERN * np.sum(sizes**2):
         return f"{NO_CHANGE} that is the same at all lines; nearest to it:"
-    i, j = np.unravel_index(int(np.argmax(np.abs(patterns[0]))), difference.shape[1:])
+    i, j = divmod(int(np.argmax(np.abs(patterns[0]))), len(dofs))
     at = frequency[int(np.argmax(np.abs(over_lines[:, 0])))]
     return (
         f"{NO_CHANGE}: one pattern at all lines, as a mode's residue is, largest at {dofs[i]} ← "
