@@ -55,12 +55,23 @@ def plain_train(data: Table) -> Train | None:
     for part in parts.values():
         _add_masses(train, part)
     couplings = data.get("coupling", [])
-    joined = {frozenset((_part(c["first"]), _part(c["second"]))) for c in couplings}
-    if len(couplings) < len(parts) and len(joined) == len(couplings):
+    if _without_loops(parts, couplings):
         _turn(train, parts, couplings)
         if _determinate(parts, couplings):
             _paths(train, parts, couplings)
     return train
+
+
+def _without_loops(parts: Mapping[str, Table], couplings: Sequence[Table]) -> bool:
+    """Whether every coupling joins parts that nothing else does."""
+    group = {name: {name} for name in parts}
+    for coupling in couplings:
+        first, second = (group[_part(coupling[end])] for end in ("first", "second"))
+        if first is second:
+            return False
+        first |= second
+        group.update(dict.fromkeys(second, first))
+    return True
 
 
 def _part(body: str) -> str:

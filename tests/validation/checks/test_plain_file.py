@@ -123,5 +123,19 @@ def test_hubs_and_translations_are_derived_by_the_equations(
     np.testing.assert_array_equal(drivetrain_system(paper()).stiffness, reference.stiffness)
 
 
+def test_loops_are_left_out_even_beside_a_part_alone() -> None:
+    rotor = {"radius": 0.1, "polar_inertia": 1.0}
+    names = ("a", "b", "c", "alone")
+    ends = (("a", "b"), ("b", "c"), ("c", "a"))
+    data = {
+        "inertia": [{"name": name, **rotor} for name in names],
+        "coupling": [{"name": f"k{a}{b}", "first": a, "second": b} for a, b in ends],
+    }
+    train = plain_train(data)
+    assert train is not None
+    assert not train.turning
+    assert not train.paths
+
+
 def test_other_stage_types_are_left_out() -> None:
     assert plain_train({"stage": [{"type": "bevel", "name": "b"}]}) is None
