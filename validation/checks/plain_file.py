@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -121,6 +122,6 @@ def _stiffness(
     allowed = max(TOLERANCE, float(round_off) / abs(found)) if found else math.inf
     if not allowed < UNKNOWN:
         return []
-    subject = f"{name}: {start}, {end} held"
-    measure = "relative difference"
-    return [_compared(subject, measure, route, 1.0 / compliance, 1.0 / found, allowed)]
+    subject, measure = f"{start}, {end} held", "relative difference"
+    check = _compared(name, measure, route, 1.0 / compliance, 1.0 / found, allowed)
+    return [replace(check, subject=subject)]

@@ -111,11 +111,16 @@ def conclusions(result: ExplanationResult) -> tuple[str, ...]:
             "What is left keeps its phase from line to line, or is larger than the digits given: "
             "the cause is not among the parameters and gross causes tried, or there are more."
         )
-    invisible = [p.name for p in result.identifiability.invisible if len(p.paths) == 1]
+    large = {c.parameter.name for each in result.first_explanations for c in each.changes}
+    invisible = [
+        p.name
+        for p in result.identifiability.invisible
+        if len(p.paths) == 1 and p.name not in large
+    ]
     if invisible:
         found.append(
-            f"These data cannot tell anything about {listed(invisible)}: no change of them moves "
-            "what was given."
+            f"These data cannot tell anything about {listed(invisible)}: small changes of them "
+            "move nothing of what was given."
         )
     return tuple(found)
 

@@ -6,7 +6,9 @@ from dataclasses import replace
 
 from ..runtime.clock import Clock
 from ..runtime.progress import Progress
-from .identifiability import identifiability, separating_frf
+from .candidates import parameters
+from .fit import Explanation
+from .identifiability import Identifiability, identifiability, separating_frf
 from .plan import ExplanationPlan
 from .result import ExplanationResult
 from .search import MOST_CAUSES, explain
@@ -28,7 +30,7 @@ def run(asked: ExplanationPlan, progress: Progress) -> ExplanationResult:
     progress("what the data can tell", MOST_CAUSES, MOST_CAUSES + 1)
     told = clock.timed(
         "identifiability",
-        lambda: identifiability(asked.case.thinned(), asked.candidates, answer.best.remainder),
+        lambda: _told(asked, answer.best),
     )
     separating = clock.timed(
         "separating FRFs",
@@ -36,3 +38,10 @@ def run(asked: ExplanationPlan, progress: Progress) -> ExplanationResult:
     )
     progress("what the data can tell", MOST_CAUSES + 1, MOST_CAUSES + 1)
     return ExplanationResult(asked, answer, told, separating, clock.seconds)
+
+
+def _told(asked: ExplanationPlan, best: Explanation) -> Identifiability:
+    """What the evidence tells of the candidates where they explain it best."""
+    names = {candidate.name for candidate in asked.candidates}
+    there = [p for p in parameters(best.case.drivetrain) if p.name in names]
+    return identifiability(best.case.thinned(), there, best.remainder)
