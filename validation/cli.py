@@ -367,6 +367,19 @@ def end(agrees: bool) -> None:
 
 
 @app.command()
+def explore(
+    model: Model = "paper",
+    out: Annotated[Path, typer.Option(help="Where explore.html goes.")] = Path(
+        "crosscheck-explore"
+    ),
+) -> None:
+    """Write a page that computes FRFs in the browser: every pair, springs and damping to drag."""
+    from .explorer.command import explore_command
+
+    explore_command(model, out)
+
+
+@app.command()
 def inspect(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Of FRFs or records.")],
     model: Annotated[str | None, typer.Option(help="A model whose DoFs the map is for.")] = None,

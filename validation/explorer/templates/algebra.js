@@ -16,6 +16,8 @@ class Solver {
     this.size = 0;
     this.a = new Complex(most * (most + 1)); // its last column is b
     this.x = new Complex(most);
+    this.scale = new Float64Array(most);
+    this.end = new Int32Array(most); // of a row: behind its last entry that is not zero
     this.result = new Float64Array(2);
   }
 
@@ -51,25 +53,33 @@ class Solver {
   }
 
   /**
-   * Scale rows and columns alike to entries of order one: forces first, then motions.
-   * @param {number} forces
-   * @param {Float64Array} scale
+   * Scale rows and columns alike to entries of order one: forces by their own, motions also by what
+   * the forces do to them.
+   * @param {ArrayLike<number>} isForce by row
    */
-  equilibrate(forces, scale) {
-    const { size, a, x } = this, width = size + 1;
+  equilibrate(isForce) {
+    const { size, a, x, scale } = this, width = size + 1;
     for (let row = 0; row < size; row++) {
-      let most = Math.sqrt(Math.hypot(a.re[row * width + row], a.im[row * width + row]));
-      for (let k = 0; k < forces && row >= forces; k++) {
-        most = Math.max(most, Math.abs(a.re[row * width + k]) * scale[k]);
-      }
-      scale[row] = most > 0 ? 1 / most : 1;
+      const own = row * width + row, most = Math.abs(a.re[own]) + Math.abs(a.im[own]);
+      scale[row] = most > 0 ? 1 / Math.sqrt(most) : 1;
     }
     for (let row = 0; row < size; row++) {
-      for (let column = 0; column <= size; column++) {
-        const factor = scale[row] * (column < size ? scale[column] : 1), at = row * width + column;
-        a.re[at] *= factor;
-        a.im[at] *= factor;
+      for (let column = 0; column < size && !isForce[row]; column++) {
+        const most = Math.abs(a.re[row * width + column]) * scale[column];
+        if (isForce[column] && most * scale[row] > 1) scale[row] = 1 / most;
       }
+    }
+    for (let row = 0; row < size; row++) {
+      const own = scale[row], first = row * width;
+      for (let column = 0; column < size; column++) {
+        a.re[first + column] *= own * scale[column];
+        a.im[first + column] *= own * scale[column];
+      }
+      a.re[first + size] *= own;
+      a.im[first + size] *= own;
+      let end = size;
+      while (end > 0 && a.re[first + end - 1] === 0 && a.im[first + end - 1] === 0) end--;
+      this.end[row] = end;
       x.re[row] *= scale[row];
       x.im[row] *= scale[row];
     }
@@ -77,20 +87,21 @@ class Solver {
 
   /** xᵀ A⁻¹ b, real and imaginary part; NaN of a singular A. */
   bilinear() {
-    const { size, a: { re, im }, x, result } = this, width = size + 1;
+    const { size, a: { re, im }, x, end, result } = this, width = size + 1;
     for (let pivot = 0; pivot < size; pivot++) {
       let best = pivot, most = -1;
       for (let row = pivot; row < size; row++) {
         const at = row * width + pivot, value = Math.abs(re[at]) + Math.abs(im[at]);
-        if (value > most) [best, most] = [row, value];
+        if (value > most) {
+          best = row;
+          most = value;
+        }
       }
       if (!(most > 0)) return result.fill(NaN);
       if (best !== pivot) {
-        for (let column = pivot; column < width; column++) {
-          const one = pivot * width + column, two = best * width + column;
-          [re[one], re[two]] = [re[two], re[one]];
-          [im[one], im[two]] = [im[two], im[one]];
-        }
+        exchange(re, pivot * width + pivot, best * width + pivot, width - pivot);
+        exchange(im, pivot * width + pivot, best * width + pivot, width - pivot);
+        exchange(end, pivot, best, 1);
       }
       const own = pivot * width + pivot, square = re[own] * re[own] + im[own] * im[own];
       const invRe = re[own] / square, invIm = -im[own] / square;
@@ -98,17 +109,21 @@ class Solver {
         const at = row * width + pivot;
         if (re[at] === 0 && im[at] === 0) continue;
         const fRe = re[at] * invRe - im[at] * invIm, fIm = re[at] * invIm + im[at] * invRe;
-        for (let column = pivot + 1; column < width; column++) {
-          const from = pivot * width + column, to = row * width + column;
-          re[to] -= fRe * re[from] - fIm * im[from];
-          im[to] -= fRe * im[from] + fIm * re[from];
+        if (end[row] < end[pivot]) end[row] = end[pivot];
+        for (let from = own + 1, to = at + 1, last = pivot * width + end[pivot]; from < last; from++, to++) {
+          const p = re[from], q = im[from];
+          re[to] -= fRe * p - fIm * q;
+          im[to] -= fRe * q + fIm * p;
         }
+        const b = pivot * width + size, at_b = row * width + size;
+        re[at_b] -= fRe * re[b] - fIm * im[b];
+        im[at_b] -= fRe * im[b] + fIm * re[b];
       }
     }
     result.fill(0);
     for (let row = size - 1; row >= 0; row--) { // what is solved replaces b
       let sRe = re[row * width + size], sIm = im[row * width + size];
-      for (let column = row + 1; column < size; column++) {
+      for (let column = row + 1; column < end[row]; column++) {
         const at = row * width + column, b = column * width + size;
         sRe -= re[at] * re[b] - im[at] * im[b];
         sIm -= re[at] * im[b] + im[at] * re[b];
@@ -122,6 +137,15 @@ class Solver {
       result[1] += x.re[row] * vIm + x.im[row] * vRe;
     }
     return result;
+  }
+}
+
+/** Exchange two stretches. @param {Float64Array|Int32Array} array @param {number} one @param {number} two @param {number} count */
+function exchange(array, one, two, count) {
+  for (let k = 0; k < count; k++) {
+    const value = array[one + k];
+    array[one + k] = array[two + k];
+    array[two + k] = value;
   }
 }
 

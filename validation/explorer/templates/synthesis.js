@@ -156,6 +156,44 @@ function residues({ omega, free }, a, b) {
 }
 
 /**
+ * Places of the unknowns, joints and free modes, neighbours beside each other, so that A is a band
+ * where the parts are a chain: breadth first along what they share.
+ * @param {Assembly} assembly
+ * @param {Link[]} links
+ * @param {number[][]} pairs of joints, those that share a mode among them
+ * @returns {{place: Int32Array, rows: number}} by joint, then by mode
+ */
+function ordered({ omega, free }, links, pairs) {
+  const joints = links.length, place = new Int32Array(joints + omega.length).fill(-1);
+  /** @type {number[][]} */
+  const beside = Array.from(place, () => []);
+  for (const [a, b] of pairs) {
+    if (a < joints && b < joints) {
+      beside[a].push(b);
+      beside[b].push(a);
+    }
+  }
+  const modes = [...omega.keys()].filter((mode) => free[mode]);
+  for (const mode of modes) {
+    links.forEach(({ vector }, a) => {
+      if (vector[mode] === 0) return;
+      beside[a].push(joints + mode);
+      beside[joints + mode].push(a);
+    });
+  }
+  let rows = 0;
+  for (const start of [...links.keys(), ...modes.map((mode) => joints + mode)]) {
+    const queue = [start];
+    for (let next = queue.shift(); next !== undefined; next = queue.shift()) {
+      if (place[next] >= 0) continue;
+      place[next] = rows++;
+      queue.push(...beside[next]);
+    }
+  }
+  return { place, rows };
+}
+
+/**
  * The receptance between two vectors of modal coordinates (rows of Φ), at frequencies in Hz; NaN
  * where nothing resists.
  * @param {Assembly} assembly
@@ -181,7 +219,9 @@ function receptance(assembly, response, excitation, frequency) {
   }
   const inverse = new Complex(n), y = new Complex(count * count), solver = new Solver(joints + n, 1);
   const re = new Float64Array(frequency.length), im = new Float64Array(frequency.length);
-  const kept = new Int32Array(n), scale = new Float64Array(joints + n);
+  const kept = new Int32Array(n), isForce = new Uint8Array(joints + n);
+  const { place, rows } = ordered(assembly, links, pairs.map(({ at }) => [Math.floor(at / count), at % count]));
+  for (let a = 0; a < joints; a++) isForce[place[a]] = 1;
   for (let line = 0; line < frequency.length; line++) {
     const w = 2 * Math.PI * frequency[line];
     let explicit = 0;
@@ -205,26 +245,28 @@ function receptance(assembly, response, excitation, frequency) {
       y.re[at] = sumRe;
       y.im[at] = sumIm;
     }
-    // A and b_j, b_i: rows of the joints, then of the explicit modes
-    const size = joints + explicit;
+    // A, b_j and b_i: rows of joints and free modes by their places, then of other explicit modes
+    let size = rows;
+    for (let e = 0; e < explicit; e++) if (!free[kept[e]]) place[joints + kept[e]] = size++;
     solver.clear(size);
     for (let a = 0; a < joints; a++) {
-      for (let b = a; b < joints; b++) solver.both(a, b, y.re[a * count + b], y.im[a * count + b]);
+      const row = place[a];
+      for (let b = a; b < joints; b++) solver.both(row, place[b], y.re[a * count + b], y.im[a * count + b]);
       if (!links[a].rigid) {
         const k = links[a].stiffness, c = w * links[a].damping, square = k * k + c * c;
-        solver.add(a, a, k / square, -c / square);
+        solver.add(row, row, k / square, -c / square);
       }
-      solver.right(a, y.re[a * count + j], y.im[a * count + j]);
-      solver.left(a, y.re[a * count + i], y.im[a * count + i]);
+      solver.right(row, y.re[a * count + j], y.im[a * count + j]);
+      solver.left(row, y.re[a * count + i], y.im[a * count + i]);
     }
     for (let e = 0; e < explicit; e++) {
-      const mode = kept[e], row = joints + e, wr = omega[mode];
-      for (let a = 0; a < joints; a++) solver.both(a, row, -vectors[a][mode], 0);
+      const mode = kept[e], row = place[joints + mode], wr = omega[mode];
+      for (let a = 0; a < joints; a++) solver.both(place[a], row, -vectors[a][mode], 0);
       solver.add(row, row, (w - wr) * (w + wr), -w * damping[mode]);
       solver.right(row, -excitation[mode], 0);
       solver.left(row, -response[mode], 0);
     }
-    solver.equilibrate(joints, scale);
+    solver.equilibrate(isForce);
     const solved = solver.bilinear();
     re[line] = y.re[i * count + j] - solved[0];
     im[line] = y.im[i * count + j] - solved[1];
