@@ -1,4 +1,4 @@
-"""A headless Chromium, driven over the pipe of its DevTools protocol; no package is needed for it."""
+"""A headless Chromium, driven over the pipe of its DevTools protocol, which needs no package."""
 
 from __future__ import annotations
 
@@ -16,7 +16,9 @@ from typing import Any, Self
 
 import pytest
 
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+CHROMIUM = next(
+    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
+)
 needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
 PATIENCE = 60.0  # s that a page may take to be ready
 
@@ -112,7 +114,9 @@ class Browser:
             case "Page.lifecycleEvent" if said["name"] == "load":
                 self._loaded.add(said["loaderId"])
             case "Network.requestWillBeSent":
-                self.requests.append(said["request"]["url"])
+                address = said["request"]["url"]
+                if not address.startswith(("data:", "blob:")):  # which are in the page itself
+                    self.requests.append(address)
             case "Runtime.exceptionThrown":
                 self.errors.append(json.dumps(said["exceptionDetails"])[:1000])
             case "Runtime.consoleAPICalled" if said["type"] in ("error", "assert"):

@@ -26,11 +26,14 @@ from .cli_options import (
     FrfExcitations,
     FrfResponses,
     Harmonics,
+    InTime,
+    Levels,
     Metrics,
     Model,
     Replace,
     Resample,
     Responses,
+    Reverse,
     Route,
     SignalKind,
     Speeds,
@@ -39,6 +42,7 @@ from .cli_options import (
     TruncationBand,
     Vary,
     Version,
+    WithExplorer,
     Workers,
     named,
 )
@@ -82,14 +86,8 @@ def run(
     channel_map: FileMap = None,
     resample: Resample = False,
     noise: FileNoise = None,
-    in_time: Annotated[
-        bool | None,
-        typer.Option(
-            "--time/--no-time",
-            help="Integrate a multisine in time as well (default: up to 60 DoFs, no parts from "
-            "files).",
-        ),
-    ] = None,
+    in_time: InTime = None,
+    explore: WithExplorer = False,
 ) -> None:
     """Compare all routes and write a report; exit code 1 if they disagree."""
     from .checks.part_uncertainty import parse_noise
@@ -106,9 +104,9 @@ def run(
         options=file_options(quantity, unit, test_run, channel_map, resample),
         noise=parse_noise(noise),
         in_time=in_time,
+        explore=explore,
     )
-    if not result.agrees:
-        raise typer.Exit(1)
+    end(result.agrees)
 
 
 @app.command()
@@ -183,8 +181,7 @@ def paper(
     """
     from .paper.command import run_command
 
-    if not run_command(out, only, tolerance).agrees:
-        raise typer.Exit(1)
+    end(run_command(out, only, tolerance).agrees)
 
 
 @app.command()
@@ -249,17 +246,8 @@ def simulate(
     duration: Annotated[float | None, typer.Option(help="How long, s.")] = None,
     speed: Annotated[float | None, typer.Option(help="Of the input, rpm.")] = None,
     torque: Annotated[float | None, typer.Option(help="At the input, N m.")] = None,
-    levels: Annotated[
-        str | None,
-        typer.Option(metavar="1,10,…", help="FRF at these multiples of the excitation as well."),
-    ] = None,
-    reverse: Annotated[
-        bool,
-        typer.Option(
-            "--reverse/--once",
-            help="Run again with the forces reversed: FRFs without geometry's even-order share.",
-        ),
-    ] = True,
+    levels: Levels = None,
+    reverse: Reverse = True,
     fmax: Annotated[float | None, typer.Option(help="End of the band of interest, Hz.")] = None,
     sampling: Annotated[float | None, typer.Option(help="Sampling frequency kept, Hz.")] = None,
     integrator: Annotated[str | None, typer.Option(help="RK44 or trapezoidal.")] = None,

@@ -61,6 +61,18 @@ Executor = Annotated[
     ),
 ]
 
+# crosscheck run
+InTime = Annotated[
+    bool | None,
+    typer.Option(
+        "--time/--no-time",
+        help="Integrate a multisine in time as well (default: up to 60 DoFs, no parts from files).",
+    ),
+]
+WithExplorer = Annotated[
+    bool, typer.Option("--explore", help="Write explore.html too, linked from the report.")
+]
+
 # crosscheck sweep
 Vary = Annotated[
     list[str] | None,
@@ -202,5 +214,16 @@ Excitations = Annotated[
         help="harmonic, stepped-sine, sweep, multisine, noise, impulse or record at a DoF, as "
         "sweep@reducer.pinion.w:fmax=2000,amplitude=0.1; may be repeated (default: the model "
         "file's, else a multisine at the first DoF).",
+    ),
+]
+Levels = Annotated[
+    str | None,
+    typer.Option(metavar="1,10,…", help="FRF at these multiples of the excitation as well."),
+]
+Reverse = Annotated[
+    bool,
+    typer.Option(
+        "--reverse/--once",
+        help="Run again with the forces reversed: FRFs without geometry's even-order share.",
     ),
 ]

@@ -12,6 +12,7 @@ from mbs_models.modal.mode_kinds import Mode
 from mbs_models.model.model_file import dumps
 
 from ..checks.pole_checks import PoleRow
+from ..explorer.plots import PAGE as EXPLORER
 from ..report.digits import grouped, hertz, scientific
 from ..report.page import (
     Block,
@@ -83,6 +84,9 @@ SHARED = (
         "route. Published values, where a preset has them, are the check on that."
     ),
 )
+EXPLORE = Markup(
+    '<a href="{}">Explore every other FRF</a>: computed as you ask, springs and damping to drag.'
+).format(EXPLORER)
 UNCOUPLED = "Nothing is coupled in this model: FBS’ FRFs are those of its stages as they stand."
 
 
@@ -128,6 +132,10 @@ def report_page(result: CrossCheck) -> Page:
 
 
 def _conclusions(result: CrossCheck) -> tuple[Block, ...]:
+    return (*_outcome(result), *((EXPLORE,) if result.explorer else ()))
+
+
+def _outcome(result: CrossCheck) -> tuple[Block, ...]:
     count, agreed = len(result.checks), sum(check.agrees for check in result.checks)
     if result.agrees:
         return (

@@ -109,7 +109,8 @@ def stages(source: Source) -> JoinedParts:
     """The parts, joined at their hubs."""
     drivetrain = source.drivetrain
     bare = drivetrain.model_copy(update={"couplings": ()})
-    parts, derived = [], {}
+    parts: list[PartModes] = []
+    derived: dict[str, tuple[str, float]] = {}
     for part in drivetrain.parts:
         built = {d: source.build_stage(_with(bare, d), part.name) for d in _BOTH}
         parts.append(part_modes(part.name, built[UNDAMPED], built))
@@ -123,9 +124,7 @@ def stages(source: Source) -> JoinedParts:
         else:
             parts.append(_hub(coupling))
             joints += _hub_springs(drivetrain, coupling)
-    return JoinedParts(
-        f"FBS of {source.name} stages", tuple(parts), tuple(joints), derived
-    )
+    return JoinedParts(f"FBS of {source.name} stages", tuple(parts), tuple(joints), derived)
 
 
 def part_modes(

@@ -10,9 +10,7 @@ from ..routes.source import equations_source, exudyn_source
 from ..runtime.interruption import on_interrupt
 from ..runtime.output_folder import held, write_together
 from ..runtime.streams import say, warn
-from .plots import require_library
-
-PAGE = "explore.html"
+from .plots import PAGE, require_library
 
 
 def explore_command(model: str, out: Path) -> Path:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -75,7 +75,7 @@ def _meshes(layout: Layout, keys: Mapping[str, str], units: Units) -> Iterator[d
             }
 
 
-def _rows(columns: list[tuple[float, ...]]) -> list[list[tuple[int, float]]]:
+def _rows(columns: Sequence[tuple[float, ...]]) -> list[list[tuple[int, float]]]:
     """By motion, what is not zero: (DoF, factor)."""
     return [
         [(int(k), float(row[k])) for k in np.flatnonzero(row)]

@@ -23,6 +23,7 @@ CURVES: Mapping[str, tuple[str, str, float]] = {
     "file2": (GREEN, "dotdash", 1.5),
     "shown": (BLUE, "solid", 1.8),
 }
+PAGE = "explore.html"
 TOOLS = "box_zoom,xwheel_zoom,pan,undo,reset"
 MISSING = (
     "crosscheck explore draws with Bokeh, which is not installed: "
@@ -77,9 +78,7 @@ def _frf(first: float, last: float) -> Any:
     below = _figure("below", 220, x_axis_type="log", tools="", x_range=level.x_range)
     for name, (color, dash, width) in CURVES.items():
         for one, y in ((level, "level"), (below, "below")):
-            one.line(
-                "f", y, source=sources[name], color=color, line_dash=dash, line_width=width
-            )
+            one.line("f", y, source=sources[name], color=color, line_dash=dash, line_width=width)
     marks = ColumnDataSource({k: [] for k in ("f", "level", "number", "words")}, name="marks")
     dots = level.scatter(
         "f", "level", source=marks, size=7, fill_color="white", line_color=INK, line_width=1.3

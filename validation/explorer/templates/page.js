@@ -3,6 +3,7 @@
 const LINES = 4000; // over the range shown
 const BUDGET = 12; // ms of computation while a slider is dragged, of the 16 between two frames
 const BESIDE = [-3e-3, -1e-3, -3e-4, -1e-4, -1e-5, 1e-5, 1e-4, 3e-4, 1e-3, 3e-3]; // of a resonance
+const APART = 1e-9; // of two lines: repeated modes ask for the same ones
 const UNITS = ["m/N", "m/s/N", "m/s²/N"];
 const MODELLED = "as modelled";
 const COLORS = { shown: "#0072B2", against: "#E69F00", file1: "#D55E00", file2: "#009E73" };
@@ -100,7 +101,8 @@ class Page {
     for (const { frequency } of modes) {
       if (frequency > first && frequency < last) grid.push(...BESIDE.map((one) => frequency * (1 + one)));
     }
-    return Float64Array.from(grid).sort();
+    grid.sort((one, other) => one - other);
+    return Float64Array.from(grid.filter((f, k) => k === 0 || f > grid[k - 1] * (1 + APART)));
   }
 
   /** @param {Assembly} assembly @param {ArrayLike<number>} frequency @returns {Curve} */

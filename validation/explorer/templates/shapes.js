@@ -11,10 +11,10 @@ class Player {
   /** @param {Element} drawing @param {Motions} motions */
   constructor(drawing, motions) {
     this.motions = motions;
-    /** @param {{key: string}} one */
-    const group = (one) => /** @type {SVGElement} */ (drawing.querySelector(`.mv.${one.key}`));
-    this.bodies = motions.bodies.map((one) => ({ ...one, group: group(one) }));
-    this.meshes = motions.meshes.map((one) => ({ ...one, group: group(one) }));
+    /** @param {{key: string}} one @returns {SVGElement[]} */
+    const groups = (one) => [...drawing.querySelectorAll(`.mv.${one.key}`)];
+    this.bodies = motions.bodies.map((one) => ({ ...one, groups: groups(one) }));
+    this.meshes = motions.meshes.map((one) => ({ ...one, groups: groups(one) }));
     this.re = this.im = new Float64Array(motions.dofs.length);
     this.largest = 1;
     this.playing = !matchMedia("(prefers-reduced-motion: reduce)").matches;
@@ -59,14 +59,14 @@ class Player {
     const c = Math.cos(phase) / this.largest, s = Math.sin(phase) / this.largest;
     const motion = this.re.map((value, k) => value * c - this.im[k] * s);
     const { swing } = this.motions;
-    for (const { group, rows } of this.bodies) {
+    for (const { groups, rows } of this.bodies) {
       const [x, y, turn, axial, rocking] = rows.map((row) => along(row, motion));
-      place(group, swing * x, swing * y, swing * turn, 0.16 * axial, 14 * rocking);
+      place(groups, swing * x, swing * y, swing * turn, 0.16 * axial, 14 * rocking);
     }
-    for (const { group, length, rows } of this.meshes) {
+    for (const { groups, length, rows } of this.meshes) {
       const [a, b, c2, d] = rows.map((row) => swing * along(row, motion));
       const long = length + c2 - a, wide = d - b;
-      place(group, a, b, Math.atan2(wide, long), Math.hypot(long, wide) / length - 1, 0);
+      place(groups, a, b, Math.atan2(wide, long), Math.hypot(long, wide) / length - 1, 0);
     }
   }
 }
@@ -85,11 +85,12 @@ function phaseOfLargest(re, im) {
 }
 
 /**
- * @param {SVGElement} group
+ * @param {SVGElement[]} groups
  * @param {number} x @param {number} y @param {number} turn rad
  * @param {number} stretch @param {number} lean degrees
  */
-function place(group, x, y, turn, stretch, lean) {
-  group.style.transform = `translate(${x.toFixed(2)}px, ${y.toFixed(2)}px) rotate(${turn.toFixed(5)}rad) `
+function place(groups, x, y, turn, stretch, lean) {
+  const transform = `translate(${x.toFixed(2)}px, ${y.toFixed(2)}px) rotate(${turn.toFixed(5)}rad) `
     + `scale(${(1 + stretch).toFixed(4)}) skewX(${lean.toFixed(3)}deg)`;
+  for (const group of groups) group.style.transform = transform;
 }
