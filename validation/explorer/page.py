@@ -55,15 +55,14 @@ def numbers(exudyn: Source, equations: Source) -> dict[str, Any]:
     """What curves and resonances are computed from."""
     drivetrain, modes = exudyn.drivetrain, exudyn.modes
     labels = exudyn.whole.labels
-    first = next(label for part in drivetrain.parts for label in part.drive_points)
-    last = [label for part in drivetrain.parts for label in part.drive_points][-1]
+    turning = [p for part in drivetrain.parts for p in part.drive_points if p.endswith(".w")]
     return {
         "alpha": drivetrain.damping.mass_proportional,
         "beta": drivetrain.damping.stiffness_proportional,
         "band": [FIRST, LAST],
         "dofs": list(labels),
-        "response": last,
-        "excitation": first,
+        "response": turning[-1],
+        "excitation": turning[0],
         "free": sum(mode.frequency_hz == 0.0 for mode in modes.modes),
         "modes": [{"kind": str(mode.kind)} for mode in modes.modes],
         "routes": [

@@ -27,6 +27,21 @@ class Plots {
     };
     this.range.properties.start.change.connect(changed);
     this.range.properties.end.change.connect(changed);
+    this.fit();
+    addEventListener("resize", () => this.fit());
+  }
+
+  /** Heights and letters as large as the window has room for. */
+  fit() {
+    const letter = `${0.87 * parseFloat(getComputedStyle(document.documentElement).fontSize)}px`;
+    for (const [name, share] of [["level", 0.4], ["below", 0.24], ["campbell", 0.4]]) {
+      const figure = this.model(name);
+      if (!figure) continue;
+      figure.height = Math.round(Math.max(240, share * innerHeight) / (name === "below" ? 1.4 : 1));
+      for (const axis of [...figure.left, ...figure.below]) {
+        axis.setv({ axis_label_text_font_size: letter, major_label_text_font_size: letter });
+      }
+    }
   }
 
   /** @param {string} name @param {object} columns */
