@@ -155,6 +155,7 @@ PINS: Mapping[str, Pin] = {
     "truncate": Pin(
         ("truncate {models}/pair.toml --band 40:4000:40 --tolerance 0.1dB --out {out}",)
     ),
+    "explore": Pin(("explore {models}/pair.toml --out {out}",)),
     "schema": Pin(("schema",), printed=schema_lines),
 }
 

@@ -95,7 +95,7 @@ function listen(page) {
   }
   plots.onRange = () => page.update();
   plots.onTap((frequency) => page.shape(frequency));
-  $("all").addEventListener("click", () => plots.zoom(...page.data.band));
+  $("all").addEventListener("click", () => plots.zoom(page.data.band[0], page.data.band[1]));
   $("reset").addEventListener("click", () => {
     page.changed.clear();
     fillSliders(page);
@@ -104,12 +104,12 @@ function listen(page) {
   });
   $("play").addEventListener("click", () => hold(page, page.player.playing));
   hold(page, !page.player.playing);
-  $("frf").addEventListener("keydown", (event) => key(page, event));
+  $("frf").addEventListener("keydown", (/** @type {KeyboardEvent} */ event) => key(page, event));
   for (const type of ["png", "svg"]) {
     $(type).addEventListener("click", async () => save(`${fileName(page)}.${type}`, await plots.picture(/** @type {"png"|"svg"} */ (type))));
   }
   $("csv").addEventListener("click", () => save(`${fileName(page)}.csv`, new Blob([csv(page)], { type: "text/csv" })));
-  $("files").addEventListener("change", (event) => take(page, event.target.files));
+  $("files").addEventListener("change", (/** @type {any} */ event) => take(page, event.target.files));
   document.addEventListener("dragover", (event) => {
     event.preventDefault();
     $("drop").classList.add("over");
@@ -158,7 +158,7 @@ function key(page, event) {
     Enter: () => page.shape(page.at),
     "+": () => zoom(0.5),
     "-": () => zoom(2),
-    0: () => page.plots.zoom(...page.data.band),
+    0: () => page.plots.zoom(page.data.band[0], page.data.band[1]),
   };
   const act = acts[event.key];
   if (!act) return;
@@ -213,7 +213,9 @@ function listFiles(page, problems) {
 function csv(page) {
   const quantity = chosen("quantity"), unit = ["m/N", "m/s/N", "m/s^2/N"][derivatives(quantity)];
   const other = page.other(page.frequency);
-  const curves = [[chosen("response"), page.shown], ...(other ? [[`${chosen("response")} ${chosen("against")}`, other]] : [])];
+  /** @type {[string, Curve][]} */
+  const curves = [[chosen("response"), page.shown]];
+  if (other) curves.push([`${chosen("response")} ${chosen("against")}`, other]);
   const names = ["frequency_hz", ...curves.flatMap(([response]) => ["re", "im"].map((part) => `${part} ${quantity} ${response} <- ${chosen("excitation")} (${unit})`))];
   const rows = Array.from(page.frequency, (f, line) => [f, ...curves.flatMap(([, { re, im }]) => [re[line], im[line]])])
     .filter((row) => row.every(Number.isFinite));

@@ -99,7 +99,7 @@ async function unzipped(buffer) {
 
 /** What is packed, and no more than it says. @param {Uint8Array} bytes @param {number} size */
 async function inflated(bytes, size) {
-  const reader = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate-raw")).getReader();
+  const reader = new Blob([/** @type {BlobPart} */ (bytes)]).stream().pipeThrough(new DecompressionStream("deflate-raw")).getReader();
   const whole = new Uint8Array(size);
   for (let at = 0; ;) {
     const { done, value } = await reader.read();

@@ -8,12 +8,12 @@ const UNITS = ["m/N", "m/s/N", "m/s²/N"];
 const MODELLED = "as modelled";
 const COLORS = { shown: "#0072B2", against: "#E69F00", file1: "#D55E00", file2: "#009E73" };
 
-/** @template {HTMLElement} [T=HTMLElement] @param {string} id @returns {T} */
-const $ = (id) => /** @type {T} */ (document.getElementById(id));
-/** @param {string} id */
+/** An element of this page, whose kind its id says. @param {string} id @returns {any} */
+const $ = (id) => document.getElementById(id);
+/** @param {string} id @returns {string} */
 const chosen = (id) => $(id).value;
 
-/** @param {string} tag @param {object} [properties] @param {...(Node|string)} children */
+/** @param {string} tag @param {object} [properties] @param {...(Node|string)} children @returns {any} */
 function element_(tag, properties = {}, ...children) {
   const made = Object.assign(document.createElement(tag), properties);
   made.append(...children);
@@ -40,6 +40,15 @@ class Page {
     /** @type {(FrfFile & {which: number})[]} */
     this.files = [];
     this.at = 0; // the cursor, Hz
+    /** @type {Assembly} */
+    this.assembly = assemble(data.routes[0], this.setting([]));
+    /** @type {NaturalMode[]} */
+    this.natural = [];
+    /** @type {number[]|undefined} by mode, which mode as modelled moves alike */
+    this.alike = undefined;
+    this.frequency = new Float64Array();
+    /** @type {Curve} */
+    this.shown = { re: this.frequency, im: this.frequency };
     this.lines = LINES;
     /** @type {Map<string, NaturalMode[]>} by route */
     this.known = new Map();
@@ -258,7 +267,7 @@ class Page {
       const go = element_("button", { type: "button", textContent: digits(frequency, 6), title: "Show its shape" });
       go.addEventListener("click", () => this.shape(frequency, number));
       const [part, share] = this.most(number), kind = this.kind(number);
-      const before = this.modelled[this.alike[number]].frequency;
+      const before = this.modelled[this.alike?.[number] ?? number].frequency;
       return this.row(["num", String(number + 1)], ["num", go], ["num", digits(before, 6)], ["", kind],
         ["", `${part}: ${Math.round(100 * share)} %`]);
     }));

@@ -2,6 +2,7 @@
 
 /** @typedef {{f: ArrayLike<number>, level: ArrayLike<number>, below: ArrayLike<number>}} Drawn */
 
+const { Bokeh } = /** @type {any} */ (globalThis);
 const NOTHING = { f: [], level: [], below: [] };
 const TICK = 40; // ms between two sets of lines while the range is dragged
 
@@ -16,7 +17,7 @@ class Plots {
 
   constructor() {
     /** @param {string} name */
-    this.model = (name) => Bokeh.documents.map((one) => one.get_model_by_name(name)).find(Boolean);
+    this.model = (name) => Bokeh.documents.map((/** @type {any} */ one) => one.get_model_by_name(name)).find(Boolean);
     this.range = this.model("frequency");
     /** @type {() => void} */
     this.onRange = () => {};
@@ -34,10 +35,11 @@ class Plots {
   /** Heights and letters as large as the window has room for. */
   fit() {
     const letter = `${0.87 * parseFloat(getComputedStyle(document.documentElement).fontSize)}px`;
-    for (const [name, share] of [["level", 0.4], ["below", 0.24], ["campbell", 0.4]]) {
+    const most = Math.max(240, 0.4 * innerHeight);
+    for (const name of ["level", "below", "campbell"]) {
       const figure = this.model(name);
       if (!figure) continue;
-      figure.height = Math.round(Math.max(240, share * innerHeight) / (name === "below" ? 1.4 : 1));
+      figure.height = Math.round(name === "below" ? 0.65 * most : most);
       for (const axis of [...figure.left, ...figure.below]) {
         axis.setv({ axis_label_text_font_size: letter, major_label_text_font_size: letter });
       }

@@ -12,10 +12,12 @@ class Player {
   constructor(drawing, motions) {
     this.motions = motions;
     /** @param {{key: string}} one @returns {SVGElement[]} */
-    const groups = (one) => [...drawing.querySelectorAll(`.mv.${one.key}`)];
+    const groups = (one) => /** @type {SVGElement[]} */ ([...drawing.querySelectorAll(`.mv.${one.key}`)]);
     this.bodies = motions.bodies.map((one) => ({ ...one, groups: groups(one) }));
     this.meshes = motions.meshes.map((one) => ({ ...one, groups: groups(one) }));
-    this.re = this.im = new Float64Array(motions.dofs.length);
+    /** @type {Float64Array} */
+    this.re = new Float64Array(motions.dofs.length);
+    this.im = this.re;
     this.largest = 1;
     this.playing = !matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.frame = 0;
@@ -23,8 +25,6 @@ class Player {
 
   /** Show re + j im, motions of the DoFs, to the scale of the largest. @param {Curve} shape */
   show({ re, im }) {
-    this.re = re;
-    this.im = im;
     const turned = phaseOfLargest(re, im); // where it stands still, it is at full swing
     this.re = re.map((value, k) => value * turned.c + im[k] * turned.s);
     this.im = im.map((value, k) => value * turned.c - re[k] * turned.s);

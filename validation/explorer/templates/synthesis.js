@@ -217,7 +217,7 @@ function receptance(assembly, response, excitation, frequency) {
       if (modes.length) pairs.push({ at: a * count + b, modes, values });
     }
   }
-  const inverse = new Complex(n), y = new Complex(count * count), solver = new Solver(joints + n, 1);
+  const inverse = new Complex(n), y = new Complex(count * count), solver = new Solver(joints + n);
   const re = new Float64Array(frequency.length), im = new Float64Array(frequency.length);
   const kept = new Int32Array(n), isForce = new Uint8Array(joints + n);
   const { place, rows } = ordered(assembly, links, pairs.map(({ at }) => [Math.floor(at / count), at % count]));
