@@ -20,7 +20,7 @@ from ..routes.multibody import ExudynSource
 from ..routes.source import Source
 from .assembly import stages, whole
 from .motions import moving_drawing
-from .plots import Plots, plots
+from .plots import CURVES, Plots, plots
 
 FIRST, LAST = 1.0, 15000.0  # Hz shown at first
 SCRIPTS = (
@@ -47,6 +47,7 @@ def explorer_page(exudyn: ExudynSource, equations: Source) -> str:
         "motions": drawing.motions,
         "orders": _orders(speeds),
         "figures": drawn.figures,
+        "colors": {name: color for name, (color, _, _) in CURVES.items()},
     }
     return _rendered(drivetrain, drawn, data, drawing=drawing, campbell=speeds and speeds.driven)
 

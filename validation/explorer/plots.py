@@ -9,18 +9,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import CommandError
-from ..report.style import BLUE, GREEN, INK, MUTED, ORANGE, VERMILLION
+from ..report.style import BLUE, INK, MUTED, VERMILLION
 
 if TYPE_CHECKING:
     from bokeh.models import ColumnDataSource
     from bokeh.plotting import figure as Figure
 
 FONT = "system-ui, 'Segoe UI', Roboto, 'Liberation Sans', sans-serif"
-# name of the source → colour, dashes, width: the curve, what it is held against, and two files
+# name of the source → colour (3 : 1 against white at least), dashes, width: the curve, what it is
+# held against, and two files
 CURVES: Mapping[str, tuple[str, str, float]] = {
-    "against": (ORANGE, "solid", 1.5),
+    "against": ("#b07800", "solid", 1.5),
     "file1": (VERMILLION, "dashed", 1.5),
-    "file2": (GREEN, "dotdash", 1.5),
+    "file2": ("#00805d", "dotdash", 1.5),
     "shown": (BLUE, "solid", 1.8),
 }
 PAGE = "explore.html"

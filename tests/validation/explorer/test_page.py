@@ -259,3 +259,26 @@ def test_a_gearbox_has_its_orders(opened: Browser, tmp_path: Path) -> None:
     hertz = np.sqrt(2 * 2e8) / (2 * np.pi)
     speeds = [float(row[1]) for row in rows]
     assert min(abs(np.array(speeds) / (60 * hertz / 20) - 1)) < 1e-4
+
+
+def test_a_mouse_zooms_and_all_comes_back(tab: Browser) -> None:
+    """Drag a box, and the range is its; `Whole range` shows the band again, with every height."""
+    x, y, wide = tab.run(
+        "(() => { const { x, y, width } = document.getElementById('frf').getBoundingClientRect();"
+        " return [x, y, width]; })()"
+    )
+    for kind, share, down in (
+        ("mousePressed", 0.6, 100), ("mouseMoved", 0.7, 150), ("mouseMoved", 0.8, 200),
+        ("mouseReleased", 0.8, 200),
+    ):  # fmt: skip
+        tab.send(
+            "Input.dispatchMouseEvent", type=kind, x=x + share * wide, y=y + down, button="left",
+            buttons=1, clickCount=1,
+        )  # fmt: skip
+    tab.wait("!location.hash.includes('to=15000.0')")
+    zoomed = state(tab)
+    assert 100.0 < float(zoomed["from"]) < float(zoomed["to"]) < 10000.0
+    tab.run("document.getElementById('all').click()")
+    tab.wait("location.hash.includes('to=15000.0')")
+    heights = "Bokeh.documents.map((one) => one.get_model_by_name('level'))[0].y_range"
+    assert tab.run(f"{heights}.end / {heights}.start") > 1e12

@@ -75,7 +75,10 @@ function fillSliders(page) {
       set();
       page.dragged();
     });
-    input.addEventListener("change", () => page.update());
+    input.addEventListener("change", () => {
+      page.update();
+      page.follow();
+    });
     return box;
   }));
 }
@@ -95,12 +98,12 @@ function listen(page) {
   }
   plots.onRange = () => page.update();
   plots.onTap((frequency) => page.shape(frequency));
-  $("all").addEventListener("click", () => plots.zoom(page.data.band[0], page.data.band[1]));
+  $("all").addEventListener("click", () => plots.all(page.data.band));
   $("reset").addEventListener("click", () => {
     page.changed.clear();
     fillSliders(page);
     page.update();
-    page.shape(page.at);
+    page.follow();
   });
   $("play").addEventListener("click", () => hold(page, page.player.playing));
   hold(page, !page.player.playing);
@@ -158,7 +161,7 @@ function key(page, event) {
     Enter: () => page.shape(page.at),
     "+": () => zoom(0.5),
     "-": () => zoom(2),
-    0: () => page.plots.zoom(page.data.band[0], page.data.band[1]),
+    0: () => page.plots.all(page.data.band),
   };
   const act = acts[event.key];
   if (!act) return;

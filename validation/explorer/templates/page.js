@@ -6,7 +6,6 @@ const BESIDE = [-3e-3, -1e-3, -3e-4, -1e-4, -1e-5, 1e-5, 1e-4, 3e-4, 1e-3, 3e-3]
 const APART = 1e-9; // of two lines: repeated modes ask for the same ones
 const UNITS = ["m/N", "m/s/N", "m/s²/N"];
 const MODELLED = "as modelled";
-const COLORS = { shown: "#0072B2", against: "#E69F00", file1: "#D55E00", file2: "#009E73" };
 
 /** An element of this page, whose kind its id says. @param {string} id @returns {any} */
 const $ = (id) => document.getElementById(id);
@@ -40,6 +39,7 @@ class Page {
     /** @type {(FrfFile & {which: number})[]} */
     this.files = [];
     this.at = 0; // the cursor, Hz
+    this.mode = -1; // whose shape is shown, from 0; -1: a forced one
     /** @type {Assembly} */
     this.assembly = assemble(data.routes[0], this.setting([]));
     /** @type {NaturalMode[]} */
@@ -257,7 +257,7 @@ class Page {
     this.files.forEach(({ name, frfs, which }, k) => entries.push([`file${k + 1}`, `${name}: ${frfs[which].response} ← ${frfs[which].excitation}`]));
     $("legend").replaceChildren(...entries.map(([key, text]) => {
       const sample = element_("i");
-      sample.style.borderColor = COLORS[/** @type {keyof COLORS} */ (key)];
+      sample.style.borderColor = this.data.colors[key];
       return element_("span", {}, sample, element_("bdi", { textContent: text }));
     }));
   }
@@ -298,6 +298,7 @@ class Page {
   shape(frequency, number = this.resonanceAt(frequency)) {
     const assembly = /** @type {Assembly} */ (this.assembly), { dofs } = this.data.motions;
     this.at = number >= 0 ? this.natural[number].frequency : frequency;
+    this.mode = number;
     const mode = this.natural[number]?.shape;
     const shape = mode
       ? { re: Float64Array.from(dofs, (label) => motionOf(assembly.dof(label), mode)), im: new Float64Array(dofs.length) }
@@ -307,6 +308,12 @@ class Page {
     [...$("resonances").children].forEach((row, k) => row.classList.toggle("here", k === number));
     this.read();
     toAddress(this);
+  }
+
+  /** The same shape of what has changed: of the mode, wherever it is now, or at the frequency. */
+  follow() {
+    if (this.mode >= 0) this.shape(this.natural[this.mode].frequency, this.mode);
+    else this.shape(this.at);
   }
 
   /** The mode whose mark a pointer at a frequency means: within a hundredth of the range shown. @param {number} frequency */

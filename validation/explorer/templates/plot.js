@@ -71,6 +71,12 @@ class Plots {
     if (start > 0 && end > start * (1 + 1e-9)) this.range.setv({ start, end });
   }
 
+  /** Everything over a band, whatever was zoomed to. @param {[number, number]} band */
+  all([start, end]) {
+    for (const figure of ["level", "below"]) this.model(figure).y_range.reset();
+    this.zoom(start, end);
+  }
+
   /** What a click or touch on a figure points at (Hz). @param {(frequency: number) => void} act */
   onTap(act) {
     for (const figure of ["level", "below"]) {
