@@ -46,6 +46,7 @@ class Page {
     this.natural = [];
     /** @type {number[]|undefined} by mode, which mode as modelled moves alike */
     this.alike = undefined;
+    this.held = false; // whether there is a curve that the other is held against
     this.frequency = new Float64Array();
     /** @type {Curve} */
     this.shown = { re: this.frequency, im: this.frequency };
@@ -140,9 +141,9 @@ class Page {
     this.shown = this.curve(this.assembly, this.frequency);
     const taken = performance.now() - start;
     this.lines = dragged ? Math.max(400, Math.min(LINES, Math.round((this.lines * BUDGET) / taken))) : LINES;
-    const other = this.other(this.frequency), difference = chosen("below") === "difference";
+    const difference = chosen("below") === "difference";
     plots.fill("shown", this.drawn(this.frequency, this.shown, difference ? null : this.shown));
-    plots.fill("against", other ? this.drawn(this.frequency, other, difference ? this.ratio(this.shown, other) : other) : NOTHING);
+    if (!(dragged && this.held && !difference && chosen("against") === MODELLED)) this.hold(difference);
     this.files.forEach((file, k) => plots.fill(`file${k + 1}`, this.fileDrawn(file, difference)));
     const n = derivatives(chosen("quantity"));
     plots.label("level", `${chosen("quantity")} (${UNITS[n]})`);
@@ -150,7 +151,7 @@ class Page {
     this.marks();
     this.read();
     if (!dragged) {
-      this.legend(other !== null);
+      this.legend();
       this.table();
       this.speeds();
       toAddress(this);
@@ -158,6 +159,13 @@ class Page {
     const { dataset } = document.documentElement; // what a benchmark reads
     dataset.step = String(performance.now() - start);
     dataset.lines = String(this.frequency.length);
+  }
+
+  /** Draw what the curve is held against; as modelled it stays while a slider moves. @param {boolean} difference */
+  hold(difference) {
+    const other = this.other(this.frequency);
+    this.held = other !== null;
+    this.plots.fill("against", other ? this.drawn(this.frequency, other, difference ? this.ratio(this.shown, other) : other) : NOTHING);
   }
 
   /** Draw once a frame while a slider moves. */
@@ -249,11 +257,10 @@ class Page {
     $("reading").textContent = `${digits(f, 7)} Hz: ${words}` + (lost ? `. ${lost} lines on undamped poles are left out.` : "");
   }
 
-  /** @param {boolean} held whether there is another curve */
-  legend(held) {
+  legend() {
     const pair = `${chosen("response")} ← ${chosen("excitation")}`;
     const entries = [["shown", `${pair}, ${chosen("route")}${this.changed.size ? ", changed" : ""}`]];
-    if (held) entries.push(["against", chosen("against")]);
+    if (this.held) entries.push(["against", chosen("against")]);
     this.files.forEach(({ name, frfs, which }, k) => entries.push([`file${k + 1}`, `${name}: ${frfs[which].response} ← ${frfs[which].excitation}`]));
     $("legend").replaceChildren(...entries.map(([key, text]) => {
       const sample = element_("i");
