@@ -198,10 +198,28 @@ def test_files_are_read_and_held_against_the_page(tab: Browser, tmp_path: Path) 
     tab.choose_files("#files", *paths)
     tab.wait("document.querySelectorAll('#loaded select').length === 2")
     for number in (1, 2):
-        source = f"map((one) => one.get_model_by_name('file{number}')).find(Boolean)"
-        below = tab.run(f"Array.from(Bokeh.documents.{source}.data.below)")
+        below = drawn_below(tab, number)
         assert len(below) == 300
         assert below == pytest.approx(300 * [20 * np.log10(2)], abs=1e-6)
+    choose(tab, "response", "reducer.pinion.w")  # which the files have as well
+    assert "double.npz: reducer.pinion.w ← reducer.pinion.w" in text(tab, "legend")
+    assert drawn_below(tab, 1) == pytest.approx(300 * [20 * np.log10(2)], abs=1e-6)
+
+
+def drawn_below(tab: Browser, number: int) -> list[float]:
+    """What the lower axes show of a file."""
+    source = f"map((one) => one.get_model_by_name('file{number}')).find(Boolean)"
+    return list(tab.run(f"Array.from(Bokeh.documents.{source}.data.below)"))
+
+
+def test_a_file_of_other_dofs_has_no_difference(tab: Browser, tmp_path: Path) -> None:
+    lines = np.linspace(50, 900, 20)
+    write_frf(Frf(lines, np.ones((20, 1, 1)) + 0j, ["a.x"], ["b.y"]), tmp_path / "other.csv")
+    choose(tab, "below", "difference")
+    tab.choose_files("#files", tmp_path / "other.csv")
+    tab.wait("document.querySelectorAll('#loaded select').length === 1")
+    assert "a.x ← b.y, not of this model: no difference" in text(tab, "legend")
+    assert not any(value is not None and np.isfinite(value) for value in drawn_below(tab, 1))
 
 
 @pytest.mark.parametrize(

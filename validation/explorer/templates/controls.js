@@ -89,6 +89,7 @@ function listen(page) {
   for (const id of CHOICES) {
     $(id).addEventListener("change", () => {
       if (id === "route") fillSliders(page);
+      if (id === "response" || id === "excitation") matchFiles(page);
       page.update();
       page.shape(page.at);
     });
@@ -179,14 +180,25 @@ async function take(page, files) {
   for (const file of files) {
     try {
       const read = await readFrfs(file);
-      const pair = read.frfs.findIndex(({ response, excitation }) => response === chosen("response") && excitation === chosen("excitation"));
-      page.files = [...page.files, { ...read, which: Math.max(pair, 0) }].slice(-2);
+      page.files = [...page.files, { ...read, which: shownIn(read) ?? 0 }].slice(-2);
     } catch (error) {
       problems.push(`${file.name}: ${error instanceof Error ? error.message : error}`);
     }
   }
   listFiles(page, problems);
   page.update();
+}
+
+/** Which FRF of a file is the pair shown. @param {FrfFile} file */
+function shownIn({ frfs }) {
+  const pair = frfs.findIndex(({ response, excitation }) => response === chosen("response") && excitation === chosen("excitation"));
+  return pair < 0 ? undefined : pair;
+}
+
+/** Take the pair shown of every file that has it. @param {Page} page */
+function matchFiles(page) {
+  for (const file of page.files) file.which = shownIn(file) ?? file.which;
+  if (page.files.length) listFiles(page, []);
 }
 
 /** @param {Page} page @param {string[]} problems */

@@ -115,10 +115,10 @@ class Page {
     return Float64Array.from(grid.filter((f, k) => k === 0 || f > grid[k - 1] * (1 + APART)));
   }
 
-  /** @param {Assembly} assembly @param {ArrayLike<number>} frequency @returns {Curve} */
-  curve(assembly, frequency) {
-    const [response, excitation] = ["response", "excitation"].map((id) => assembly.dof(chosen(id)));
-    return derived(receptance(assembly, response, excitation, frequency), frequency, derivatives(chosen("quantity")));
+  /** The pair shown, or another one. @param {Assembly} assembly @param {ArrayLike<number>} frequency @returns {Curve} */
+  curve(assembly, frequency, response = chosen("response"), excitation = chosen("excitation")) {
+    const found = receptance(assembly, assembly.dof(response), assembly.dof(excitation), frequency);
+    return derived(found, frequency, derivatives(chosen("quantity")));
   }
 
   /** What the curve is held against on some lines; null where nothing is. @param {ArrayLike<number>} frequency */
@@ -187,12 +187,23 @@ class Page {
     return a.re.map((value, k) => 20 * Math.log10(Math.hypot(value, a.im[k]) / Math.hypot(b.re[k], b.im[k])));
   }
 
-  /** A file's FRF as the quantity shown, and its difference from the page's own on its lines. @param {FrfFile & {which: number}} file @param {boolean} difference */
+  /**
+   * A file's FRF as the quantity shown, and its difference from the page's FRF of the same pair, on
+   * the file's lines; none where the pair is not the model's.
+   * @param {FrfFile & {which: number}} file
+   * @param {boolean} difference
+   */
   fileDrawn({ frfs, which, frequency }, difference) {
-    const { curve, quantity } = frfs[which];
+    const { curve, quantity, response, excitation } = frfs[which];
     const own = derived(curve, frequency, derivatives(chosen("quantity")) - derivatives(quantity));
-    const shown = difference ? this.curve(/** @type {Assembly} */ (this.assembly), frequency) : null;
-    return this.drawn(frequency, own, shown ? this.ratio(own, shown) : own);
+    if (!difference) return this.drawn(frequency, own, own);
+    if (!this.has(frfs[which])) return this.drawn(frequency, own, null);
+    return this.drawn(frequency, own, this.ratio(own, this.curve(this.assembly, frequency, response, excitation)));
+  }
+
+  /** Whether a pair is the model's. @param {{response: string, excitation: string}} pair */
+  has({ response, excitation }) {
+    return this.data.dofs.includes(response) && this.data.dofs.includes(excitation);
   }
 
   // --- what is shown -------------------------------------------------------------------------
@@ -261,7 +272,10 @@ class Page {
     const pair = `${chosen("response")} ← ${chosen("excitation")}`;
     const entries = [["shown", `${pair}, ${chosen("route")}${this.changed.size ? ", changed" : ""}`]];
     if (this.held) entries.push(["against", chosen("against")]);
-    this.files.forEach(({ name, frfs, which }, k) => entries.push([`file${k + 1}`, `${name}: ${frfs[which].response} ← ${frfs[which].excitation}`]));
+    this.files.forEach(({ name, frfs, which }, k) => {
+      const lacks = this.has(frfs[which]) ? "" : ", not of this model: no difference";
+      entries.push([`file${k + 1}`, `${name}: ${frfs[which].response} ← ${frfs[which].excitation}${lacks}`]);
+    });
     $("legend").replaceChildren(...entries.map(([key, text]) => {
       const sample = element_("i");
       sample.style.borderColor = this.data.colors[key];
