@@ -3,6 +3,7 @@
 const LINES = 4000; // over the range shown
 const BUDGET = 12; // ms of computation while a slider is dragged, of the 16 between two frames
 const BESIDE = [-3e-3, -1e-3, -3e-4, -1e-4, -1e-5, 1e-5, 1e-4, 3e-4, 1e-3, 3e-3]; // of a resonance
+const ROUGHLY = [-1e-4, 1e-4]; // while a slider of a large drivetrain is dragged
 const APART = 1e-9; // of two lines: repeated modes ask for the same ones
 const UNITS = ["m/N", "m/s/N", "m/s²/N"];
 const MODELLED = "as modelled";
@@ -108,8 +109,9 @@ class Page {
   axis(modes) {
     const [first, last] = this.plots.ends, ratio = Math.log(last / first);
     const grid = Array.from({ length: this.lines }, (_, k) => first * Math.exp((ratio * k) / (this.lines - 1)));
+    const beside = this.lines < LINES ? ROUGHLY : BESIDE;
     for (const { frequency } of modes) {
-      if (frequency > first && frequency < last) grid.push(...BESIDE.map((one) => frequency * (1 + one)));
+      if (frequency > first && frequency < last) grid.push(...beside.map((one) => frequency * (1 + one)));
     }
     grid.sort((one, other) => one - other);
     return Float64Array.from(grid.filter((f, k) => k === 0 || f > grid[k - 1] * (1 + APART)));
