@@ -51,7 +51,7 @@ from .errors import (
     UnknownDofError,
 )
 from .frf import Frf, Quantity
-from .joints import Joint
+from .joints import Joint, MatrixJoint, StiffnessTable
 from .large.chain import couple_chain
 from .large.galerkin_bound import GalerkinBound, galerkin_bound
 from .large.krylov import ReducedFrf, ReductionError, reduced_frf
@@ -88,6 +88,7 @@ __all__ = [
     "Joint",
     "JointError",
     "Lattice",
+    "MatrixJoint",
     "Method",
     "MethodError",
     "NoCommonPeriodError",
@@ -108,6 +109,7 @@ __all__ = [
     "SmallestBasis",
     "SparseSystem",
     "Stability",
+    "StiffnessTable",
     "Synthesis",
     "Tolerance",
     "TruncatedModes",
