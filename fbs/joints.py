@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -34,6 +34,10 @@ class StiffnessTable:
 
     frequency: FloatArray
     values: ComplexArray
+
+    if TYPE_CHECKING:  # what `__post_init__` converts, said to type checkers
+
+        def __init__(self, frequency: ArrayLike, values: ArrayLike) -> None: ...
 
     def __post_init__(self) -> None:
         axis = ascending_frequency(self.frequency)
@@ -226,7 +230,7 @@ class MatrixJoint:
 
 @dataclass(frozen=True, eq=False)
 class _Row(Joint):
-    """One DoF of a `MatrixJoint`: a row of B; its Z is entry (row, row), the others' in `matrix`."""
+    """A row of B of a `MatrixJoint`: one of its DoFs, with the diagonal entry of Z."""
 
     matrix: MatrixJoint | None = None
     row: int = 0

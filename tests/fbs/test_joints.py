@@ -48,18 +48,21 @@ def solved(parts: dict[str, SecondOrderSystem], joints: Any, axis: Any = AXIS) -
             at = [place[name, dof] for dof in s.dofs]
             z[np.ix_(at, at)] = s.stiffness - w**2 * s.mass + 1j * w * s.damping
         for joint in joints:
-            one = isinstance(joint, Joint)
-            pairs = [(joint.first, joint.second)] if one else zip(joint.first, joint.second)
-            b = []
-            for first, second in pairs:
-                row = np.zeros(n)
-                row[place[first]] += 1.0
-                row[place[second]] -= joint.ratio
-                b.append(row)
-            stiffness = joint.dynamic_stiffness(np.array([w]))[0]
-            z += np.array(b).T @ np.atleast_2d(stiffness) @ np.array(b)
+            b = signed(joint, place)
+            z += b.T @ np.atleast_2d(joint.dynamic_stiffness(np.array([w]))[0]) @ b
         found[line] = np.linalg.inv(z)
     return found
+
+
+def signed(joint: Any, place: dict[tuple[str, str], int]) -> np.ndarray:
+    """Rows of B of one joint."""
+    single = isinstance(joint, Joint)
+    sides = ([joint.first], [joint.second]) if single else (joint.first, joint.second)
+    b = np.zeros((len(sides[0]), len(place)))
+    for row, first, second in zip(b, *sides, strict=True):
+        row[place[first]] += 1.0
+        row[place[second]] -= joint.ratio
+    return b
 
 
 def frfs(parts: dict[str, SecondOrderSystem], axis: Any = AXIS) -> dict[str, Frf]:
@@ -90,7 +93,7 @@ KINDS = ["symmetric", "hysteretic", "singular", "varying", "table", "bearing"]
 @pytest.mark.parametrize("ratio", [1.0, -0.7])
 def test_a_joint_of_two_dofs_is_the_assembled_one(kind: str, ratio: float) -> None:
     parts = systems()
-    joints = [
+    joints: list[Joint | MatrixJoint] = [
         MatrixJoint(
             [("a", "a0"), ("a", "a3")],
             [("b", "b1"), ("b", "b2")],
@@ -117,11 +120,12 @@ def test_a_joint_of_two_dofs_is_the_assembled_one(kind: str, ratio: float) -> No
 def test_a_matrix_joint_with_a_diagonal_is_as_many_joints() -> None:
     parts, ends = systems(), [(("a", "a0"), ("b", "b1")), (("a", "a3"), ("b", "b2"))]
     single = [Joint(*ends[0], 1e7, 10.0), Joint(*ends[1], 2e6, 5.0)]
-    matrix = MatrixJoint(*zip(*ends, strict=True), np.diag([1e7, 2e6]), np.diag([10.0, 5.0]))
-    one, other = couple(frfs(parts), single), couple(frfs(parts), [matrix])
-    assert scaled_error(one.frf, other.frf.values).max() < 1e-12
+    one, two = ([pair[k] for pair in ends] for k in (0, 1))
+    matrix = MatrixJoint(one, two, np.diag([1e7, 2e6]), np.diag([10.0, 5.0]))
+    found, other = couple(frfs(parts), single), couple(frfs(parts), [matrix])
+    assert scaled_error(found.frf, other.frf.values).max() < 1e-12
     # the same sums of moduli, whose rows are only in another order
-    assert np.allclose(one.kernel_condition, other.kernel_condition, rtol=1e-9)
+    assert np.allclose(found.kernel_condition, other.kernel_condition, rtol=1e-9)
 
 
 def test_a_matrix_of_mobilities_and_the_renamed_bound() -> None:
@@ -143,7 +147,7 @@ def test_the_bound_holds(seed: int, log_stiffness: float, loss: float, kind: str
     rng = np.random.default_rng(seed)
     parts = {name: random_system(rng, 3, name) for name in "ab"}
     axis = np.array([20.0, 333.0, 2000.0])
-    joints = [
+    joints: list[Joint | MatrixJoint] = [
         Joint(("a", "a0"), ("b", "b1"), 10**log_stiffness * (1 + 1j * loss)),
         MatrixJoint([("a", "a1"), ("a", "a2")], [("b", "b0"), ("b", "b2")], bushing(kind, rng)),
     ]
@@ -164,13 +168,9 @@ def _refined(parts: Any, joints: Any, axis: Any) -> np.ndarray:
             z[own, own] = s.stiffness.astype(np.longdouble) - w**2 * s.mass + 1j * w * s.damping
             at += len(s.dofs)
         names = [(name, dof) for name, s in parts.items() for dof in s.dofs]
+        place = {node: k for k, node in enumerate(names)}
         for joint in joints:
-            one = isinstance(joint, Joint)
-            pairs = [(joint.first, joint.second)] if one else zip(joint.first, joint.second)
-            b = np.zeros((1 if one else len(joint.first), len(names)))
-            for row, (first, second) in zip(b, pairs, strict=True):
-                row[names.index(first)] += 1.0
-                row[names.index(second)] -= joint.ratio
+            b = signed(joint, place)
             stiffness = np.atleast_2d(joint.dynamic_stiffness(2 * np.pi * axis[[line]])[0])
             z += b.T @ stiffness.astype(np.clongdouble) @ b
         x = coarse[line].astype(np.clongdouble)
@@ -226,7 +226,7 @@ def test_bad_joints_are_refused_in_one_message() -> None:
     with pytest.raises(JointError, match=r"stiffness matrix has shape \(3, 3\), \(2, 2\)"):
         MatrixJoint(one, two, np.eye(3))
     with pytest.raises(JointError, match="damping matrix holds NaN"):
-        MatrixJoint(one, two, np.eye(2), [[np.nan, 0], [0, 1]])
+        MatrixJoint(one, two, np.eye(2), np.diag([np.nan, 1.0]))
     with pytest.raises(JointError, match="both ends are the same"):
         MatrixJoint(one, one, np.eye(2))
     with pytest.raises(JointError, match="must be finite"):
