@@ -91,6 +91,48 @@ class DecoupledFrf:
         with np.errstate(divide="ignore"):
             return np.asarray(-np.log10(self.bound(relative) / np.abs(self.frf.values)))
 
+    def require_stable(self, interface: Iterable[str], relative: float = EPS) -> None:
+        """Refuse a part whose static stiffness at the interface is negative: `known` is too stiff.
+
+        A passive part has Z(s) = K - s M - Σ s c_r/(p_r - s) at its interface, s = ω², K and c_r
+        positive semi-definite, so that of any two lines
+
+            (s_2 Z_1 - s_1 Z_2)/(s_2 - s_1) = K + Σ c_r s_1 s_2/((p_r - s_1)(p_r - s_2))
+
+        has no negative eigenvalue unless a pole lies between them. Refused is what has one for
+        every pair 1.2 or 1.4 apart in frequency in the first octave, beyond three standard
+        deviations; with fewer than three such pairs nothing is.
+
+        Parameters
+        ----------
+        interface
+            Labels of this part.
+        relative
+            Standard deviation of the data, as in `spread`.
+
+        Raises
+        ------
+        FbsError
+        """
+        at = unique_labels(interface, "the interface")
+        y = self.frf.band(np.nextafter(0.0, 1.0)).to("receptance").select(at, at)
+        rows = positions(at, self.frf.responses, "the part")
+        columns = positions(at, self.frf.excitations, "the part")
+        size = np.abs(y.omega[:, None, None]) ** self.frf.quantity.derivative
+        spread = self.spread(relative)[-y.frequency.size :, rows][:, :, columns] / size
+        z, singular = batched.inverse(y.values)
+        if singular.any():
+            return
+        sigma: FloatArray = np.linalg.norm(np.abs(z) @ spread @ np.abs(z), axis=(1, 2))
+        least = np.concatenate([_static(y.frequency, z.real, sigma, step) for step in (1.2, 1.4)])
+        if least.size < 3 or least.max() >= 0.0:
+            return
+        raise FbsError(
+            f"the known part is stiffer than the assembly at {', '.join(at)}: what is left would "
+            f"have a static stiffness of {np.median(least):.3g} N/m or less, by its lines between "
+            f"{y.frequency[0]:g} and {2.8 * y.frequency[0]:.3g} Hz"
+        )
+
     def _moment(self, power: int, assembly: float, known: float) -> FloatArray:
         of_assembly = (assembly * np.abs(self._assembly)) ** power
         of_known = (known * np.abs(self._known)) ** power
@@ -227,6 +269,18 @@ def decouple_primal(assembly: Frf, known: Frf, interface: Iterable[str]) -> Frf:
     kept = tuple(labels[k] for k in stay)
     left = Frf(assembly.frequency, impedance[np.ix_(range(len(impedance)), stay, stay)], kept, kept)
     return Frf(assembly.frequency, _inverted(left, kept), kept, kept, assembly.quantity)
+
+
+def _static(axis: FloatArray, z: FloatArray, sigma: FloatArray, step: float) -> FloatArray:
+    """Upper end of the least eigenvalue of (s_2 Z_1 - s_1 Z_2)/(s_2 - s_1), of every pair."""
+    first = np.flatnonzero((axis <= 2.0 * axis[0]) & (step * axis <= axis[-1]))
+    second = np.searchsorted(axis, step * axis[first])
+    s_1, s_2 = axis[first] ** 2, axis[second] ** 2
+    one, two = s_2 / (s_2 - s_1), s_1 / (s_2 - s_1)
+    static = one[:, None, None] * z[first] - two[:, None, None] * z[second]
+    error = np.hypot(one * sigma[first], two * sigma[second])
+    least = np.linalg.eigvalsh((static + static.transpose(0, 2, 1)) / 2.0)[:, 0]
+    return np.asarray(least + 3.0 * error)
 
 
 def _rows(

@@ -69,7 +69,7 @@ class Spring:
     stiffness, damping
         N/m, N s/m.
     stiffness_interval, damping_interval
-        Half-widths of the 95 % intervals.
+        Half-widths of the 95 % intervals; where the residual is above 1, as many times wider.
     residual
         Root mean square of the misfit over its spread: about 1 where a spring and a dashpot are
         all there is.
@@ -196,13 +196,15 @@ def spring(joint: JointStiffness, pair: int = 0) -> Spring:
     pull = np.sum(weight * omega**2)
     damping = float(np.sum(weight * omega * z.imag) / pull)
     misfit = (z - stiffness - 1j * omega * damping) / (sigma * np.sqrt(2.0))
-    half = float(norm.ppf(0.5 + CONFIDENCE / 2.0))
+    residual = float(np.sqrt(np.mean(np.abs(misfit) ** 2)))
+    # lines scatter by more than was said: their scatter is the better estimate
+    half = float(norm.ppf(0.5 + CONFIDENCE / 2.0)) * max(1.0, residual)
     return Spring(
         stiffness=stiffness,
         damping=damping,
         stiffness_interval=half / float(np.sqrt(np.sum(weight))),
         damping_interval=half / float(np.sqrt(pull)),
-        residual=float(np.sqrt(np.mean(np.abs(misfit) ** 2))),
+        residual=residual,
     )
 
 

@@ -16,6 +16,7 @@ the others s, Φ and Θ the modes of the free and of the held part (interface b 
 `macneal`          Rubin's without the mass of G_b g (MacNeal 1971, Comput. Struct. 1, 581)
 `dual_craig_bampton`  q, g and u_b kept: u_b = Φ_b q + (G_bb + ω² G_bᵀM G_b) g (Rixen 2004,
                    J. Comput. Appl. Math. 168, 383)
+`projected`        u = V p, of any vectors V
 =================  =====================================================================
 
 At the interface the last three are what `truncate` writes down at once: with R_0 = G and
@@ -31,7 +32,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._kernels.checks import FloatArray, positions, read_only, unique_labels
+from ._kernels.checks import FloatArray, numbers, positions, read_only, unique_labels
 from .errors import FbsError
 from .frf import Frf, Quantity
 from .modal_truncation import truncate
@@ -276,6 +277,29 @@ def dual_craig_bampton(
     basis[free.b] = np.eye(b, 2 * b + count)
     labels = (*free.labels, *_names("g", b))
     return _reduced(system, (mass, damping, stiffness), basis, labels)
+
+
+def projected(system: SecondOrderSystem, vectors: ArrayLike) -> Reduction:
+    """u = V p: a basis of one's own, such as Krylov's (`ReducedFrf.vectors`) or measured shapes.
+
+    Parameters
+    ----------
+    vectors : array, shape (n_dof, n_reduced)
+        Linearly independent.
+
+    Raises
+    ------
+    FbsError
+        Vectors of another shape, or dependent to working precision.
+    """
+    basis = numbers(vectors, "the vectors")
+    if basis.ndim != 2 or basis.shape[0] != len(system.dofs):
+        raise FbsError(
+            f"vectors have shape {basis.shape}; {len(system.dofs)} DoFs need as many rows"
+        )
+    if not _is_regular(basis / np.linalg.norm(basis, axis=0)):
+        raise FbsError("the vectors depend on one another: leave some out")
+    return _ritz(system, basis, _names("q", basis.shape[1]))
 
 
 # The pieces
