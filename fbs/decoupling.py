@@ -38,6 +38,7 @@ import numpy as np
 
 from ._kernels import batched
 from ._kernels.checks import ComplexArray, FloatArray, positions, read_only, unique_labels
+from ._kernels.door import door
 from .axes import require_same_frequency
 from .errors import FbsError, QuantityMismatchError, SingularLineError
 from .frf import Frf
@@ -141,6 +142,7 @@ class DecoupledFrf:
         return np.asarray(left @ of_assembly @ right + to @ of_known @ fro)
 
 
+@door
 def decouple(
     assembly: Frf,
     known: Frf,
@@ -244,6 +246,7 @@ def _differences(
     return found
 
 
+@door
 def decouple_primal(assembly: Frf, known: Frf, interface: Iterable[str]) -> Frf:
     """Take a known part off by impedances: Z_A = Z − Z^B, on the labels that stay.
 
@@ -291,8 +294,6 @@ def _rows(
         raise FbsError("decoupling needs at least one interface DoF")
     if form is None:
         form = "mixed" if internal else "standard"
-    if form not in ("standard", "mixed", "extended"):
-        raise FbsError(f"form = {form!r}: must be standard, mixed or extended")
     if (form == "standard") == bool(internal):
         raise FbsError(
             f"form = {form!r} with {len(internal)} internal labels: the standard form takes none, "

@@ -26,6 +26,7 @@ from scipy.stats import norm
 
 from ._kernels import batched
 from ._kernels.checks import ComplexArray, FloatArray
+from ._kernels.door import door
 from .axes import require_same_frequency
 from .errors import FbsError, SingularLineError
 from .frf import Frf, Quantity
@@ -108,6 +109,7 @@ class Spring:
         return "; ".join(told)
 
 
+@door
 def joint_in_situ(assembly: Frf, at: Pairs, relative: float = EPS) -> JointStiffness:
     """Z_J = −[(Y_AB)⁻¹]_ab of the assembly's FRFs at both sides of the joint.
 
@@ -137,6 +139,7 @@ def joint_in_situ(assembly: Frf, at: Pairs, relative: float = EPS) -> JointStiff
     return JointStiffness(y.frequency, tuple(at), -inverse[:, :n, n:], np.sqrt(variance[:, :n, n:]))
 
 
+@door
 def joint_between(
     assembly: Frf, first: Frf, second: Frf, at: Pairs, relative: float = EPS
 ) -> JointStiffness:
@@ -179,7 +182,8 @@ def joint_between(
     return JointStiffness(lines, tuple(at), joined - apart, np.sqrt(variance))
 
 
-def spring(joint: JointStiffness, pair: int = 0) -> Spring:
+@door
+def fit_spring(joint: JointStiffness, pair: int = 0) -> Spring:
     """Fit k + jωc to the diagonal entry of a pair; the lines weighted by their spread.
 
     Raises

@@ -42,8 +42,10 @@ class StiffnessTable:
     def __post_init__(self) -> None:
         axis = ascending_frequency(self.frequency)
         values = frozen(numbers(self.values, "a stiffness table", complex))
-        if len(values) != axis.size:
-            raise FbsError(f"a stiffness table has {len(values)} values for {axis.size} lines")
+        if values.ndim not in (1, 3) or len(values) != axis.size:
+            raise FbsError(
+                f"a stiffness table of {axis.size} lines has values of shape {values.shape}"
+            )
         if not np.isfinite(values).all():
             raise NonFiniteError("a stiffness table holds NaN or infinity")
         object.__setattr__(self, "frequency", axis)
@@ -179,8 +181,13 @@ class MatrixJoint:
     ratio: float = 1.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "first", tuple(self.first))
-        object.__setattr__(self, "second", tuple(self.second))
+        for name in ("first", "second"):
+            given = getattr(self, name)
+            if not isinstance(given, list | tuple):
+                raise JointError(
+                    f"a matrix joint's sides are lists of (substructure, DoF label), got {given!r}"
+                )
+            object.__setattr__(self, name, tuple(given))
         if not self.first or len(self.first) != len(self.second):
             raise JointError(
                 f"a matrix joint needs as many DoFs on either side, got {len(self.first)} and "

@@ -12,7 +12,7 @@ import numpy as np
 from fbs import Frf, Joint, couple
 from fbs.decoupling import EPS, Form, decouple
 from fbs.files.measurement import few
-from fbs.joint_identification import JointStiffness, joint_between, joint_in_situ, spring
+from fbs.joint_identification import JointStiffness, fit_spring, joint_between, joint_in_situ
 from fbs.measured.uncertainty import coupled_uncertainty
 
 from ..arrays import FloatArray
@@ -144,7 +144,7 @@ def run_identify(parts: Mapping[str, Part], at: tuple[Pair, ...], noise: Noise |
         "in situ": joint_in_situ(whole, at, relative),
     }
     identified = tuple(
-        Identified(form, joint, tuple(spring(joint, k) for k in range(len(at))))
+        Identified(form, joint, tuple(fit_spring(joint, k) for k in range(len(at))))
         for form, joint in joints.items()
     )
     curves = [
