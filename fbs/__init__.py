@@ -18,7 +18,8 @@ Substructures
     `condense_dynamic_stiffness` and `block_dofs` leave DoFs out. `MatrixJoint` joins several DoFs,
     a `StiffnessTable` is a joint as measured.
 Taking apart
-    `decouple`, `decouple_primal`; `joint_between`, `joint_in_situ` and `fit_spring` find a joint.
+    `decouple`, `decouple_primal`, `decouple_systems`; `joint_between`, `joint_in_situ` and
+    `fit_spring` find a joint.
 Reductions
     `guyan`, `dynamic`, `irs`, `serep`, `craig_bampton`, `rubin`, `macneal`, `dual_craig_bampton`,
     `projected`: each returns a `Reduction`.
@@ -151,6 +152,7 @@ __all__ = [
     "craig_bampton",
     "decouple",
     "decouple_primal",
+    "decouple_systems",
     "direct_frf",
     "dual_craig_bampton",
     "dynamic",
@@ -197,7 +199,7 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from .decoupling import DecoupledFrf, decouple, decouple_primal
+    from .decoupling import DecoupledFrf, decouple, decouple_primal, decouple_systems
     from .files.frf_files import read_frf, write_frf
     from .files.uff import read_uff, write_uff
     from .files.universal import UffError
@@ -233,7 +235,7 @@ if TYPE_CHECKING:
     __version__: str
 else:  # hidden, so that a name that is not there is an error of types
     LAZY = {
-        "decoupling": ("DecoupledFrf", "decouple", "decouple_primal"),
+        "decoupling": ("DecoupledFrf", "decouple", "decouple_primal", "decouple_systems"),
         "files.frf_files": ("read_frf", "write_frf"),
         "files.uff": ("read_uff", "write_uff"),
         "files.universal": ("UffError",),

@@ -42,8 +42,11 @@ from ._kernels.door import door
 from .axes import require_same_frequency
 from .errors import FbsError, QuantityMismatchError, SingularLineError
 from .frf import Frf
+from .second_order_system import SecondOrderSystem
 
 EPS = float(np.finfo(float).eps)
+ROUNDED = 1e-12
+"""Of √(a_ii a_jj): what sums of a few dozen elements leave of an entry that cancels."""
 Form = Literal["standard", "mixed", "extended"]
 
 
@@ -272,6 +275,69 @@ def decouple_primal(assembly: Frf, known: Frf, interface: Iterable[str]) -> Frf:
     kept = tuple(labels[k] for k in stay)
     left = Frf(assembly.frequency, impedance[np.ix_(range(len(impedance)), stay, stay)], kept, kept)
     return Frf(assembly.frequency, _inverted(left, kept), kept, kept, assembly.quantity)
+
+
+@door
+def decouple_systems(
+    assembly: SecondOrderSystem, known: SecondOrderSystem, interface: Iterable[str]
+) -> SecondOrderSystem:
+    """Take a known part off by its matrices: M, C, K of the assembly less its own.
+
+    Parameters
+    ----------
+    assembly, known
+        A DoF has the same label in both; every DoF of the known part is one of the assembly.
+    interface
+        Labels at which the parts were joined: they stay.
+
+    Raises
+    ------
+    FbsError
+        The known part is not in the assembly: something is left at a DoF inside it, or what is
+        left at the interface has a negative mass or stiffness.
+    """
+    interface = unique_labels(interface, "the interface")
+    positions(interface, known.dofs, "the known part")
+    place = positions(known.dofs, assembly.dofs, "the assembly")
+    if assembly.loss_factor != known.loss_factor:
+        raise FbsError(
+            f"loss factors {assembly.loss_factor:g} and {known.loss_factor:g}: matrices with "
+            "different ones cannot be subtracted"
+        )
+    stay = [k for k, d in enumerate(assembly.dofs) if d in interface or d not in known.dofs]
+    inside = [k for k in range(len(assembly.dofs)) if k not in stay]
+    left = {}
+    for name in ("mass", "damping", "stiffness"):
+        matrix = np.array(getattr(assembly, name))
+        size = np.sqrt(np.abs(np.diag(matrix)))
+        allowed = ROUNDED * np.outer(size, size)
+        matrix[np.ix_(place, place)] -= getattr(known, name)
+        wrong = np.abs(matrix) > allowed
+        for k in inside:
+            if wrong[k].any() or wrong[:, k].any():
+                raise FbsError(
+                    f"the known part is not in the assembly: {name} is left at "
+                    f"{assembly.dofs[k]!r}, which is inside it"
+                )
+        left[name] = matrix[np.ix_(stay, stay)]
+        _require_positive(left[name], allowed[np.ix_(stay, stay)], name, interface)
+    dofs = tuple(assembly.dofs[k] for k in stay)
+    derived = {label: tie for label, tie in assembly.derived.items() if tie[0] in dofs}
+    return SecondOrderSystem(
+        left["mass"], left["damping"], left["stiffness"], dofs, derived, assembly.loss_factor
+    )
+
+
+def _require_positive(
+    matrix: FloatArray, allowed: FloatArray, name: str, interface: Sequence[str]
+) -> None:
+    least = float(np.linalg.eigvalsh((matrix + matrix.T) / 2.0)[0])
+    if least < -float(np.linalg.norm(allowed)):
+        more = {"mass": "heavier", "damping": "more damped", "stiffness": "stiffer"}[name]
+        raise FbsError(
+            f"the known part is {more} than the assembly at {', '.join(interface)}: what is left "
+            f"has a {name} of {least:.3g}"
+        )
 
 
 def _static(axis: FloatArray, z: FloatArray, sigma: FloatArray, step: float) -> FloatArray:

@@ -126,6 +126,9 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "decouple_primal": (
         fbs.decouple_primal, {"assembly": AB, "known": KNOWN, "interface": ("a",)}
     ),
+    "decouple_systems": (
+        fbs.decouple_systems, {"assembly": SYSTEM, "known": SYSTEM, "interface": ("a",)}
+    ),
     "joint_in_situ": (
         fbs.joint_in_situ, {"assembly": LOOSE, "at": [("a", "c")], "relative": 0.01}
     ),
