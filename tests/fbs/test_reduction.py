@@ -29,6 +29,7 @@ from fbs.reduction import (
     guyan,
     irs,
     macneal,
+    projected,
     rubin,
     serep,
 )
@@ -182,6 +183,31 @@ def test_craig_bampton_on_random_systems(count: int, seed: int) -> None:
     found = craig_bampton(system, ("a", "b"), count).frf([0.0], ("a", "b"), ("a", "b")).values
     exact = direct_frf(system, [0.0], ("a", "b"), ("a", "b")).values
     np.testing.assert_allclose(found, exact, rtol=1e-8, atol=1e-10 * np.abs(exact).max())
+
+
+RITZ: dict[str, Callable[[SecondOrderSystem, int], Reduction]] = {
+    "guyan": lambda system, size: guyan(system, system.dofs[:size]),
+    "dynamic": lambda system, size: dynamic(system, system.dofs[:size], 0.1),
+    "irs": lambda system, size: irs(system, system.dofs[:size]),
+    "craig_bampton": lambda system, size: craig_bampton(system, ("a", "b"), size - 2),
+    "rubin": lambda system, size: rubin(system, ("a", "b"), size - 2),
+    "projected": lambda system, size: projected(system, real_modes(system).shapes[:, :size]),
+}
+
+
+@given(st.sampled_from(list(RITZ)), st.integers(3, 10), st.integers(0, 2**32 - 1))
+def test_ritz_on_random_systems(name: str, size: int, seed: int) -> None:
+    """Frequencies bound the whole's from above; with all coordinates they are the whole's."""
+    rng = np.random.default_rng(seed)
+    root = rng.standard_normal((10, 10))
+    system = SecondOrderSystem(
+        np.diag(rng.uniform(0.1, 10.0, 10)), np.zeros((10, 10)), root @ root.T + np.eye(10),
+        tuple("abcdefghij"),
+    )  # fmt: skip
+    whole, found = frequencies(system), frequencies(RITZ[name](system, size).system)
+    assert (found >= whole[:size] * (1.0 - 1e-9)).all()
+    if size == 10:
+        np.testing.assert_allclose(found, whole, rtol=1e-7)  # the root of eps times conditions
 
 
 def test_motion_is_expanded() -> None:

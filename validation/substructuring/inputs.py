@@ -13,6 +13,7 @@ import numpy as np
 from fbs import FbsError, Frf, StiffnessTable
 from fbs.axes import require_same_frequency
 from fbs.files.channel_map import channels_of
+from fbs.files.measurement import few
 from fbs.measured.quality import defects
 from fbs.measured.resampling import overlap
 from fbs.measured.uncertainty import Scatter
@@ -119,6 +120,8 @@ def _read(
                 for channel in channels_of({dof: side[dof]})
             )
         ]
+        if not wanted:
+            raise CommandError(f"{path}: has the channels of no DoF in the map; it has {few(own)}")
     found = frf_input.measured(path, contents, wanted, {}, options)
     low = max(fmin or 0.0, math.nextafter(0.0, 1.0))
     with frf_input.naming(path):

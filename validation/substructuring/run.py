@@ -137,6 +137,12 @@ def run_identify(parts: Mapping[str, Part], at: tuple[Pair, ...], noise: Noise |
     start = time.perf_counter()
     _require(at, (parts["A"], parts["B"]))
     _require(at, (parts["AB"], parts["AB"]))
+    for one, other in at:
+        if one == other:
+            raise CommandError(
+                f"--at = {one!r}: the assembly must be measured on both sides of the joint, under "
+                "two names; of a rigid joint there is nothing to find"
+            )
     relative = EPS if noise is None else _relative(noise)
     whole, a, b = (parts[name].frf for name in ("AB", "A", "B"))
     joints = {
@@ -162,7 +168,8 @@ def run_identify(parts: Mapping[str, Part], at: tuple[Pair, ...], noise: Noise |
     words = "; ".join(
         f"{' – '.join(pair)}: {one.describe()}" for pair, one in zip(at, best, strict=True)
     )
-    verdict = words if len(at) > 1 else best[0].describe()
+    told = best[0].describe()
+    verdict = words if len(at) > 1 else told[0].upper() + told[1:]
     warnings = [
         f"{found.form}: the misfit at {' – '.join(pair)} is {one.residual:.2g} of the spread: more "
         "than a spring and a damper, or more noise than stated"
@@ -172,7 +179,7 @@ def run_identify(parts: Mapping[str, Part], at: tuple[Pair, ...], noise: Noise |
     ]
     return _result(
         "identify", tuple(parts.values()), at, "direct, and in situ of AB alone",
-        verdict[0].upper() + verdict[1:], conclusions, tuple(warnings), whole.frequency, None,
+        verdict, conclusions, tuple(warnings), whole.frequency, None,
         BY_SCATTER if noise is None else BY_NOISE, tuple(curves), identified, start,
     ), joints["direct"]  # fmt: skip
 

@@ -194,6 +194,8 @@ BAD = [
     ("decouple whole.npz planetary.npz --at coupling.w --form other", "--form = 'other'"),
     ("decouple whole.npz planetary.npz --at coupling.w --rank 2", "rank = 2"),
     ("decouple twin.npz twinned.npz --at coupling.w,twin", "singular to working precision"),
+    ("identify whole.npz reducer.npz planetary.npz --at coupling.w", "under two names"),
+    ("couple reducer.npz planetary.npz --at q --map q=1.x", "of no DoF in the map"),
     ("identify whole.npz reducer.npz planetary.npz --at coupling.w=sun",
      "planetary.npz (B) has no response 'sun'"),
     ("identify whole.npz reducer.npz planetary.npz --at coupling.w --output z.npz",
