@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -193,3 +194,13 @@ def end(agrees: bool) -> None:
     """End a command that has a verdict."""
     if not agrees:
         raise typer.Exit(1)
+
+
+EXAMPLES: Mapping[Callable[..., None], str] = {
+    truncate: "truncate gearbox.toml --tolerance 0.1dB",
+    reduce: "reduce gearbox.toml --stage planetary --tolerance 0.1dB",
+    couple: "couple gearbox.uff brake.uff --at out.w=in.w --joint 1e6,10",
+    decouple: "decouple both.uff brake.uff --at out.w=in.w --output gearbox.npz",
+    identify: "identify both.uff gearbox.uff brake.uff --at out.w=in.w --noise 1%",
+}
+"""Of what follows `crosscheck`, by command."""
