@@ -47,6 +47,7 @@ from .second_order_system import SecondOrderSystem
 EPS = float(np.finfo(float).eps)
 ROUNDED = 1e-12
 """Of √(a_ii a_jj): what sums of a few dozen elements leave of an entry that cancels."""
+NO_INTERFACE = "decoupling needs at least one interface DoF"
 Form = Literal["standard", "mixed", "extended"]
 
 
@@ -297,6 +298,8 @@ def decouple_systems(
         left at the interface has a negative mass or stiffness.
     """
     interface = unique_labels(interface, "the interface")
+    if not interface:
+        raise FbsError(NO_INTERFACE)
     positions(interface, known.dofs, "the known part")
     place = positions(known.dofs, assembly.dofs, "the assembly")
     if assembly.loss_factor != known.loss_factor:
@@ -357,7 +360,7 @@ def _rows(
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Labels of compatibility and of equilibrium."""
     if not interface:
-        raise FbsError("decoupling needs at least one interface DoF")
+        raise FbsError(NO_INTERFACE)
     if form is None:
         form = "mixed" if internal else "standard"
     if (form == "standard") == bool(internal):
