@@ -248,3 +248,22 @@ def test_a_complex_joint_is_within_the_bound_of_truncated_parts() -> None:
     exact = couple(frfs(two), joints).frf.between("a0", "b3")
     error = np.abs(found.frf.between("a0", "b3") - exact)
     assert (error <= found.between("a0", "b3") + 2 * found.round_off("a0", "b3")).all()
+
+
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "table"])
+def test_a_free_light_part_on_a_bushing_keeps_its_digits(kind: str) -> None:
+    """1 mg on 1e7 N/m: by its dynamic stiffness, where the bushing holds all of it."""
+    rng = np.random.default_rng(4)
+    light = SecondOrderSystem(1e-6 * np.eye(2), np.zeros((2, 2)), np.zeros((2, 2)), ("l0", "l1"))
+    parts = {"a": random_system(rng, 4, "a"), "l": light}
+    axis = np.array([5.0, 100.0, 1500.0])
+    ends = [("a", "a1"), ("a", "a2")], [("l", "l0"), ("l", "l1")]
+    joints = [MatrixJoint(*ends, bushing(kind, rng))]
+    found = couple(frfs(parts, axis), joints)
+    exact = _refined(parts, joints, axis)
+    error = np.abs(found.frf.values - exact)
+    assert (error <= found.round_off).all()
+    # what leaves a motion free is coupled by receptances: the bound says what is left
+    assert found.held["l"].any() == (kind != "singular")
+    if kind != "singular":
+        assert (error < 1e-8 * np.abs(exact)).all()
