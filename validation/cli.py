@@ -38,14 +38,13 @@ from .cli_options import (
     SignalKind,
     Speeds,
     Torque,
-    TruncatedStages,
-    TruncationBand,
     Vary,
     Version,
     WithExplorer,
     Workers,
     named,
 )
+from .cli_substructuring import EXAMPLES, end
 from .errors import CommandError
 from .runtime.exit_codes import BAD_INPUT, exit_code
 from .runtime.streams import say
@@ -321,42 +320,8 @@ def speed(
     end(result.agrees)
 
 
-@app.command(epilog="Example: crosscheck truncate gearbox.toml --tolerance 0.1dB")
-def truncate(
-    model: Model = "paper",
-    stage: TruncatedStages = None,
-    band: TruncationBand = None,
-    tolerance: Annotated[
-        str, typer.Option(help="Of every FRF asked for: 0.1dB, or a scaled error, 0.001scaled.")
-    ] = "0.1dB",
-    response: FrfResponses = None,
-    excitation: FrfExcitations = None,
-    order: Annotated[int, typer.Option(min=-1, max=9, help="Highest residual kept; -1: none.")] = 2,
-    out: Annotated[Path, typer.Option(help="Where truncation.html goes.")] = Path(
-        "crosscheck-truncate"
-    ),
-) -> None:
-    """Which modes each stage needs: a bound that is guaranteed, and the true error beside it."""
-    from .inspection import frf_output
-    from .truncation.command import run_command
-
-    result = run_command(
-        model,
-        out,
-        stages=stage or (),
-        band=band,
-        tolerance=tolerance,
-        responses=() if response is None else frf_output.labels("--response", response),
-        excitations=() if excitation is None else frf_output.labels("--excitation", excitation),
-        order=order,
-    )
-    end(result.agrees)
-
-
-def end(agrees: bool) -> None:
-    """End a command that has a verdict."""
-    if not agrees:
-        raise typer.Exit(1)
+for command, example in EXAMPLES.items():
+    app.command(epilog=f"Example: crosscheck {example}")(command)
 
 
 @app.command(epilog="Example: crosscheck explore paper --out exploring")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -191,6 +192,69 @@ Channels = Annotated[
         metavar="NAME=LABEL UNIT",
         help="What a record's channel is, such as '1=hammer.z 50 N'; may be repeated.",
     ),
+]
+
+# crosscheck reduce
+ReductionBand = Annotated[
+    str | None,
+    typer.Option(metavar="FROM:TO[:STEP]", help="The lines, Hz (default: 10:4000:10)."),
+]
+Ports = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="DOF",
+        help="DoFs that stay, and between which FRFs are compared, beside those where the stage is "
+        "coupled (repeat, or separate by commas; default: its first body's rotation).",
+    ),
+]
+Sizes = Annotated[
+    str | None,
+    typer.Option(
+        metavar="4:20", help="Numbers of coordinates to try, or a list (default: a dozen)."
+    ),
+]
+ReducedSystem = Annotated[
+    Path | None, typer.Option(help="A file for the chosen system's M, C, K and basis: .npz.")
+]
+
+# crosscheck couple, decouple, identify
+At = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="X=Y",
+        help="DoFs that are joined, X of the first file, Y of the second (decouple: of AB and A; "
+        "identify: of A and B, both in AB); X alone where both have it; may be repeated, or "
+        "separated by commas.",
+    ),
+]
+JointOf = Annotated[
+    str | None,
+    typer.Option(
+        "--joint",
+        metavar="K,C",
+        help="N/m and N s/m, as 1e6,10; K complex where it is hysteretic, as 1e6+5e4j; or a table "
+        "FILE.csv of Hz, Re K, Im K (default: rigid).",
+    ),
+]
+Internal = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="X=Y", help="DoFs inside the known part that both files have; may be repeated."
+    ),
+]
+Form = Annotated[
+    str | None,
+    typer.Option(help="standard, mixed or extended (default: mixed with --internal)."),
+]
+Rank = Annotated[
+    int | None, typer.Option(min=1, help="Keep so many singular values of the interface.")
+]
+Tikhonov = Annotated[
+    float, typer.Option(min=0.0, help="Regularise by this share of the largest singular value.")
+]
+ResultFile = Annotated[Path | None, typer.Option(help="A file for the FRFs, as frf's.")]
+JointFile = Annotated[
+    Path | None, typer.Option(help="A file for the joint's stiffness over frequency: .csv.")
 ]
 
 # crosscheck truncate

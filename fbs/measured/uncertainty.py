@@ -30,7 +30,7 @@ from .._kernels.checks import ComplexArray, FloatArray
 from ..coupling import couple
 from ..errors import FbsError, UnknownDofError
 from ..frf import Frf, require_same_layout
-from ..joints import Joint
+from ..joints import AnyJoint, rows_of
 
 LINES = 512
 """Lines at once: what is added up stays in the cache."""
@@ -178,7 +178,7 @@ class UncertainFrf:
 
 def coupled_uncertainty(
     substructures: Mapping[str, Frf],
-    joints: Sequence[Joint],
+    joints: Sequence[AnyJoint],
     part: str,
     errors: Scatter,
     responses: Iterable[str] | None = None,
@@ -224,7 +224,7 @@ def coupled_uncertainty(
 
 def sampled(
     substructures: Mapping[str, Frf],
-    joints: Sequence[Joint],
+    joints: Sequence[AnyJoint],
     part: str,
     errors: Scatter,
     count: int,
@@ -257,8 +257,8 @@ def sampled(
 # --- parts -------------------------------------------------------------------------------------
 
 
-def _interface(joints: Sequence[Joint], part: str) -> tuple[str, ...]:
-    ends = [end for joint in joints for end in (joint.first, joint.second)]
+def _interface(joints: Sequence[AnyJoint], part: str) -> tuple[str, ...]:
+    ends = [end for joint in rows_of(joints) for end in (joint.first, joint.second)]
     return tuple(dict.fromkeys(label for owner, label in ends if owner == part))
 
 
@@ -268,7 +268,7 @@ def _all(substructures: Mapping[str, Frf], side: str) -> tuple[str, ...]:
 
 def _at_joints(
     substructures: Mapping[str, Frf],
-    joints: Sequence[Joint],
+    joints: Sequence[AnyJoint],
     part: str,
     interface: Sequence[str],
     wanted: Sequence[str],

@@ -126,7 +126,7 @@ class FrfPanel:
         Whether modes that are visible go on as lines through the magnitude.
     phase
         Whether the phase is drawn.
-    unit
+    unit, symbol
         Of the FRF.
     title
         Above; empty: the page says it.
@@ -145,6 +145,7 @@ class FrfPanel:
     through: bool = False
     phase: bool = False
     unit: str = "m/N"
+    symbol: str = "H"
     title: str = ""
     width: float = WIDTH
     from_zero: bool = False
@@ -290,7 +291,7 @@ def draw_magnitude(axes: Canvas, panel: FrfPanel, columns: int) -> None:
         level = decibels(curve.values)
         at = extremes(panel.positions(frequency), level, columns)
         _plot(axes, frequency[at], level[at], curve)
-    axes.set_ylabel(f"|H| (dB re 1 {panel.unit})")
+    axes.set_ylabel(f"|{panel.symbol}| (dB re 1 {panel.unit})")
 
 
 def _plot(axes: Canvas, x: FloatArray, y: FloatArray, curve: Curve) -> None:
