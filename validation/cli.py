@@ -16,6 +16,7 @@ from .cli_options import (
     Estimator,
     Excitations,
     Executor,
+    FileAverages,
     FileMap,
     FileNoise,
     FileQuantity,
@@ -82,6 +83,7 @@ def run(
     channel_map: FileMap = None,
     resample: Resample = False,
     noise: FileNoise = None,
+    averages: FileAverages = None,
     in_time: Annotated[
         bool | None,
         typer.Option(
@@ -103,7 +105,7 @@ def run(
         fmax=fmax,
         df=df,
         replace=replace or (),
-        options=file_options(quantity, unit, test_run, channel_map, resample),
+        options=file_options(quantity, unit, test_run, channel_map, resample, averages),
         noise=parse_noise(noise),
         in_time=in_time,
     )

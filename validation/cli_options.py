@@ -140,6 +140,15 @@ FileNoise = Annotated[
         "of a file's runs).",
     ),
 ]
+FileAverages = Annotated[
+    int | None,
+    typer.Option(
+        "--averages",
+        metavar="N",
+        help="Of how many averages the files' coherences are, one excitation at a time: bands of "
+        "the FRFs (default: what the files say).",
+    ),
+]
 Estimator = Annotated[str, typer.Option(help="H1, H2 or Hv.")]
 SignalKind = Annotated[
     str | None, typer.Option(help="hammer or noise (default: as the force looks).")

@@ -1,4 +1,7 @@
-"""How well FRFs of an assembly are known whose parts were measured: by repeats or stated noise."""
+"""How well FRFs of an assembly are known whose parts were measured.
+
+By the noise stated, by the scatter of a part's runs, or by its coherence.
+"""
 
 from __future__ import annotations
 
@@ -7,9 +10,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fbs import Frf, direct_frf
-from fbs.measured.uncertainty import Scatter, coupled_uncertainty
+from fbs import direct_frf
+from fbs.measured.uncertainty import Scatter, UncertainFrf, coupled_uncertainty
 
 from ..arrays import FloatArray
 from ..errors import CommandError
@@ -19,6 +23,7 @@ from ..routes.substitution import Substitution
 Pair = tuple[str, str]
 
 DECIBEL = 20 / np.log(10)  # dB of one neper
+DIGITS = 1e-5  # dB: a millionth, which twelve digits of a file may become
 NORMAL_95 = 1.959963984540054  # standard deviations on either side that hold 95 %
 NOISE = re.compile(r"([\d.eE+-]+)\s*%\s*(?:,\s*([\d.eE+-]+)\s*(?:deg|°))?")
 
@@ -31,6 +36,19 @@ class Noise:
     phase: float = 0.0
 
 
+@dataclass(frozen=True)
+class Share:
+    """How much of an FRF's error one measured FRF causes."""
+
+    part: str
+    response: str
+    excitation: str
+    share: float
+
+    def __str__(self) -> str:
+        return f"{self.share:.0%} of it by {self.part}'s {self.response} ← {self.excitation}"
+
+
 @dataclass(frozen=True, eq=False)
 class Known:
     """How well one FRF of the assembly is known.
@@ -39,15 +57,22 @@ class Known:
     ----------
     level
         (n_frequency,) dB on either side that hold 95 %, to first order.
-    main
-        The measured FRF that most of it comes from, as (part, response, excitation), and
-    share
-        its mean share over the lines.
+    shares
+        Of every measured FRF in E |dY|², the mean over the lines; the largest first. They add up
+        to 1.
     """
 
     level: FloatArray
-    main: tuple[str, str, str]
-    share: float
+    shares: tuple[Share, ...]
+
+    def exceeded(self, decibel: FloatArray) -> NDArray[np.bool_]:
+        """Lines at which a change (dB) is beyond the band, and beyond what a file's digits are."""
+        return np.asarray(np.abs(decibel) > np.maximum(self.level, DIGITS))  # NaN is not
+
+    def split(self, part: str, responses: Sequence[str], excitations: Sequence[str]) -> FloatArray:
+        """The shares of a part's FRFs, (n_response, n_excitation); 0 where it is certain."""
+        own = {(s.response, s.excitation): s.share for s in self.shares if s.part == part}
+        return np.array([[own.get((r, e), 0.0) for e in excitations] for r in responses])
 
 
 def parse_noise(text: str | None) -> Noise | None:
@@ -74,11 +99,18 @@ def parse_noise(text: str | None) -> Noise | None:
 
 
 def scatter_of(substitution: Substitution, noise: Noise | None) -> Scatter | None:
-    """Errors of a part's FRFs: the noise stated, else the scatter of its runs; None if neither."""
+    """Errors of a part's FRFs: the noise stated, else what its runs or its coherence say.
+
+    None: nothing is known of them.
+    """
     if noise is not None:
         return Scatter.relative(substitution.frf, noise.amplitude, noise.phase)
     if len(substitution.repeats) > 1:
         return Scatter.of_repeats(substitution.repeats)
+    if substitution.coherence is not None and substitution.averages is not None:
+        return Scatter.of_coherence(
+            substitution.frf, substitution.coherence, substitution.averages - 1
+        )
     return None
 
 
@@ -101,7 +133,7 @@ def how_well_known(
     pairs
         (response, excitation) of the assembly.
     noise
-        Stated noise of all parts (None: the scatter of each one's runs).
+        Stated noise of all parts (None: the scatter of each one's runs, or its coherence).
 
     Returns
     -------
@@ -119,18 +151,31 @@ def how_well_known(
         part: coupled_uncertainty(stages, source.joints, part, scatter, rows, columns)
         for part, scatter in errors.items()
     }
-    found = {}
-    for response, excitation in pairs:
-        level = np.zeros(frequency.size)
-        main: tuple[tuple[str, str, str], float] = (("", "", ""), -1.0)
-        for part, one in carried.items():
-            level = level + one.deviations(response, excitation)[0] ** 2
-            share = one.shares(response, excitation).mean(axis=0)
-            main = max(main, _largest(part, stages[part], share), key=lambda known: known[1])
-        found[response, excitation] = Known(NORMAL_95 * DECIBEL * np.sqrt(level), *main)
-    return found
+    return {pair: _known(carried, pair) for pair in pairs}
 
 
-def _largest(part: str, frf: Frf, share: FloatArray) -> tuple[tuple[str, str, str], float]:
-    i, j = np.unravel_index(int(np.argmax(share)), share.shape)
-    return (part, frf.responses[i], frf.excitations[j]), float(share[i, j])
+def _known(carried: Mapping[str, UncertainFrf], pair: Pair) -> Known:
+    """How well an FRF is known under the errors of all parts."""
+    level = sum(one.deviations(*pair)[0] ** 2 for one in carried.values())
+    variances = {part: _between(one, pair) for part, one in carried.items()}
+    total = np.sum(list(variances.values()), axis=0)
+    erring = total > 0
+    shares = []
+    for part, one in carried.items():
+        of_part = np.divide(variances[part], total, out=np.zeros(total.size), where=erring)
+        split = np.einsum("f,fij->ij", of_part, one.shares(*pair)) / max(
+            1, np.count_nonzero(erring)
+        )
+        shares += [
+            Share(part, response, excitation, float(split[i, j]))
+            for i, response in enumerate(one.part.responses)
+            for j, excitation in enumerate(one.part.excitations)
+        ]
+    shares.sort(key=lambda share: share.share, reverse=True)
+    return Known(NORMAL_95 * DECIBEL * np.sqrt(level), tuple(shares))
+
+
+def _between(found: UncertainFrf, pair: Pair) -> FloatArray:
+    response, excitation = pair
+    i, j = found.frf.responses.index(response), found.frf.excitations.index(excitation)
+    return found.variance[:, i, j]

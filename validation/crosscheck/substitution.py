@@ -12,7 +12,7 @@ from ..arrays import ComplexArray, FloatArray
 from ..checks import peaks
 from ..checks.frfs import Candidate, FrfComparisons, Pair
 from ..checks.metrics import decibel_difference, frac, row_norms
-from ..checks.part_uncertainty import Known, Noise, how_well_known
+from ..checks.part_uncertainty import DIGITS, Known, Noise, how_well_known
 from ..checks.peaks import Resonance
 from ..routes.source import Source
 from ..routes.substitution import Substitution
@@ -206,14 +206,16 @@ def _in_numbers(curve: CurveChange) -> str:
 
 def _how_well(curve: CurveChange, known: Known, frequency: FloatArray) -> str:
     """The band at the largest change, whether that is beyond it, and where the error comes from."""
-    part, response, excitation = known.main
-    origin = f"{known.share:.0%} of it by {part}'s {response} ← {excitation}"
+    origin = str(known.shares[0])
     comparable = np.isfinite(curve.decibel) & np.isfinite(known.level)
     if not comparable.any() or not np.isfinite(curve.largest_db):
         return f"known to ±{np.median(known.level):.2g} dB (95 %) typically, {origin}"
     at = int(np.argmin(np.abs(frequency - curve.at_hz)))
-    beyond = int((np.abs(curve.decibel[comparable]) > known.level[comparable]).sum())
+    exceeded = known.exceeded(curve.decibel)
+    beyond = int(exceeded[comparable].sum())
     level = known.level[at]
+    if level < DIGITS:
+        return f"none of the files' errors reach it ({level:.1g} dB)"
     if level > FIRST_ORDER:
         return (
             f"hardly known at {curve.at_hz:.6g} Hz: errors reach more than ±{FIRST_ORDER:g} dB "
@@ -222,7 +224,7 @@ def _how_well(curve: CurveChange, known: Known, frequency: FloatArray) -> str:
         )
     verdict = (
         "the change there is beyond that"
-        if abs(curve.largest_db) > level
+        if exceeded[at]
         else "the change there is within that: it cannot be told from none"
     )
     return (

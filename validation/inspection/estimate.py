@@ -105,7 +105,7 @@ def write(found: Estimated, path: Path) -> None:
     """Write FRFs and coherence by the file's ending."""
     with telling(f"--output = {path}"):
         try:
-            write_frf(found.frf, path, coherence=found.coherence)
+            write_frf(found.frf, path, coherence=found.coherence, averages=found.averages)
         except FbsError as error:
             raise CommandError(f"--output = {path}: {error}") from error
 

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from fbs import direct_frf, frequency_axis
+from fbs.measured.quality import quality
 from fbs.measured.uncertainty import Scatter, sampled
 from tests.strategies import damped, paper
-from validation.checks.part_uncertainty import Noise, how_well_known, parse_noise
+from validation.checks.part_uncertainty import Known, Noise, how_well_known, parse_noise
 from validation.errors import CommandError
 from validation.routes.source import equations_source
 from validation.routes.substitution import Substitution, interface_labels
@@ -25,7 +26,7 @@ PAIRS = [("reducer.pinion.w", "reducer.pinion.w"), ("planetary.sun.w", "reducer.
 def measured() -> Substitution:
     frf = direct_frf(MODEL.stages["planetary"], AXIS)
     interface = interface_labels(MODEL, "planetary")
-    return Substitution("planetary", Path("x.uff"), frf, interface, (), (), ())
+    return Substitution("planetary", Path("x.uff"), frf, interface, (), (), (), quality(frf))
 
 
 def test_bands_hold_what_noise_does() -> None:
@@ -43,9 +44,48 @@ def test_bands_hold_what_noise_does() -> None:
         off = np.abs(np.array(draws)[:, :, number, 0] - exact[:, number, 0])
         inside = (off < known[pair].level).mean()
         assert abs(inside - 0.95) < 0.015  # 300 draws at 100 lines, neighbours alike
-        assert known[pair].main[0] == "planetary"
-        assert 0 < known[pair].share <= 1
-    assert known[PAIRS[0]].main == ("planetary", "coupling.w", "coupling.w")
+        shares = known[pair].shares
+        assert {share.part for share in shares} == {"planetary"}
+        assert len(shares) == part.frf.values[0].size
+        assert sum(share.share for share in shares) == pytest.approx(1.0)
+    largest = known[PAIRS[0]].shares[0]
+    assert (largest.response, largest.excitation) == ("coupling.w", "coupling.w")
+    split = known[PAIRS[0]].split("planetary", part.frf.responses, part.frf.excitations)
+    assert split.max() == largest.share
+    assert not known[PAIRS[0]].split("reducer", ["coupling.w"], ["coupling.w"]).any()
+
+
+def test_coherence_says_it_where_its_averages_are_known() -> None:
+    """γ² = 0.9 of 11 averages: a variance of 0.1 / 0.9 / 10, as much noise of |H| and phase."""
+    part = replace(measured(), coherence=np.full(measured().frf.values.shape, 0.9))
+    assert how_well_known(MODEL, [part], PAIRS) == {}
+    known = how_well_known(MODEL, [replace(part, averages=11)], PAIRS)
+    size = np.sqrt(0.1 / 0.9 / 10 / 2)
+    stated = how_well_known(MODEL, [part], PAIRS, Noise(size, size))
+    for pair in PAIRS:
+        np.testing.assert_allclose(known[pair].level, stated[pair].level, rtol=1e-9)
+
+
+def test_errors_of_two_parts_add_up() -> None:
+    parts = []
+    for name in ("reducer", "planetary"):
+        frf = direct_frf(MODEL.stages[name], AXIS)
+        labels = interface_labels(MODEL, name)
+        parts.append(Substitution(name, Path("x"), frf, labels, (), (), (), quality(frf)))
+    noise = Noise(0.02, 0.03)
+    both = how_well_known(MODEL, parts, PAIRS, noise)
+    apart = [how_well_known(MODEL, [part], PAIRS, noise) for part in parts]
+    for pair in PAIRS:
+        squares = [one[pair].level ** 2 for one in apart]
+        np.testing.assert_allclose(both[pair].level ** 2, sum(squares), rtol=1e-9)
+        assert sum(share.share for share in both[pair].shares) == pytest.approx(1.0)
+        assert {share.part for share in both[pair].shares} == {"reducer", "planetary"}
+
+
+def test_changes_within_round_off_are_within_the_band() -> None:
+    known = Known(np.array([1e-30, 0.5, 0.5, np.inf]), ())
+    change = np.array([1e-7, 0.4, -0.6, np.nan])
+    assert known.exceeded(change).tolist() == [False, False, True, False]
 
 
 def test_runs_say_it_where_no_noise_is_stated() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import tomllib
 from pathlib import Path
 
@@ -198,6 +199,104 @@ def test_noise_gives_bands(rig: Path, tmp_path: Path, capsys: pytest.CaptureFixt
     assert "the change there is beyond that" in told  # 5 % of the FRFs against 0.2 %
     assert call(*given, "--noise", "2", "--out", str(tmp_path / "out")) == 2
     assert "--noise = '2': give a percentage" in capsys.readouterr().err
+
+
+def test_quality_and_bands_stand_in_the_report(
+    rig: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A pair 1.3 times the other from 202 to 260 Hz, a drive point of other sign, poor coherence.
+
+    The coherence's averages are said by the file, by the user, or by nobody.
+    """
+    frf = brake(rig)
+    values = frf.values.copy()
+    values[100:130, 0, 1] *= 1.3
+    coherence = np.full(values.shape, 0.999)
+    coherence[60:70, 1, 0] = 0.6
+    bad = Frf(AXIS, values, DOFS, DOFS, "accelerance")
+    for ending in ("uff", "npz", "mat"):
+        write_frf(bad, tmp_path / f"x.{ending}", coherence=coherence)
+        write_frf(bad, tmp_path / f"n.{ending}", None, coherence, dict.fromkeys(DOFS, 8))
+    out = tmp_path / "out"
+
+    def told(name: str, *more: str) -> tuple[str, str]:
+        assert call("run", str(rig), "--replace", f"brake={tmp_path / name}", *more, "--out",
+                    str(out)) == 0  # fmt: skip
+        captured = capsys.readouterr()
+        return captured.out, captured.err
+
+    printed, warned = told("x.uff")
+    assert "(95 %)" not in printed
+    assert "does not say of how many averages: no bands follow from them (--averages N)" in warned
+    said, warned = told("x.uff", "--averages", "8")
+    assert "known to ±" in said
+    assert "averages" not in warned
+    start = "  brake.w: known to ±"  # of the FRFs that change
+    bands = [line for line in said.splitlines() if line.startswith(start)]
+    assert bands
+    for ending in ("uff", "npz", "mat"):
+        printed, warned = told(f"n.{ending}")
+        assert [line for line in printed.splitlines() if line.startswith(start)] == bands
+        assert "averages" not in warned
+    html = (out / "report.html").read_text(encoding="utf-8")
+    page = html[html.index('<h2 id="quality">') :]
+    for words in (
+        "reciprocity", "at 30 of 200 lines (202–260 Hz)", "1 − coherence",
+        "at 10 of 200 lines (122–140 Hz)", "How well the FRFs are known", "in doubt",
+    ):  # fmt: skip
+        assert words in page
+    swap = json.loads((out / "results.json").read_text(encoding="utf-8"))["swap"]
+    (reciprocity,) = (d for d in swap["parts"][0]["doubts"] if d["property"] == "reciprocity")
+    assert reciprocity["bands_hz"] == [[202.0, 260.0]]
+    known = swap["known"][0]
+    assert 0 < known["median_db"] < known["at_largest_change_db"]
+    assert sum(share["share"] for share in known["shares"]) == pytest.approx(1.0, abs=0.04)
+    with np.load(out / "results.npz") as arrays:
+        assert arrays["swap_known_db"].shape == (len(swap["known"]), 200)
+        shares = arrays["swap_error_share_brake"]
+    np.testing.assert_allclose(shares.sum(axis=(1, 2)), 1.0)
+
+
+def test_the_mass_of_a_part_is_held_against_the_models(rig: Path, tmp_path: Path) -> None:
+    """The reducer alone turns freely: 1.5 times its FRFs is two thirds of its inertia.
+
+    With little damping of its mass: that of the rig holds it back at all lines.
+    """
+    rig.write_text(RIG.replace("mass_proportional = 60.0", "mass_proportional = 1.0"))
+    frf = direct_frf(multibody.stage_system(load(str(rig)), "reducer"), AXIS)
+    write_frf(Frf(AXIS, 1.5 * frf.values, frf.responses, frf.excitations), tmp_path / "x.npz")
+    given = f"reducer={tmp_path / 'x.npz'}"
+    assert call("run", str(rig), "--replace", given, "--out", str(tmp_path / "out")) == 0
+    swap = json.loads((tmp_path / "out" / "results.json").read_text(encoding="utf-8"))["swap"]
+    doubts = {tuple(d["dofs"]): d for d in swap["parts"][0]["doubts"]}
+    assert {d["property"] for d in doubts.values()} == {"mass"}
+    assert doubts["shaft.w",]["worst"] == pytest.approx(1.5, rel=0.025)  # half of the noise
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "times the model’s rigid body" in page
+
+
+@pytest.mark.parametrize(
+    ("value", "averages", "words"),
+    [
+        (0.9, "1", "--averages = 1: coherence needs two at least"),
+        (1.2, "8", "the coherence of brake.w ← brake.w is 1.2 at 2 Hz; must be above 0"),
+        (None, "8", "--averages = 8: "),
+    ],
+)
+def test_coherence_that_is_none(
+    value: float | None,
+    averages: str,
+    words: str,
+    rig: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    frf = brake(rig)
+    path = tmp_path / "x.npz"
+    write_frf(frf, path, coherence=None if value is None else np.full(frf.values.shape, value))
+    given = ["run", str(rig), "--replace", f"brake={path}", "--averages", averages]
+    assert call(*given, "--out", str(tmp_path / "out")) == 2
+    assert words in capsys.readouterr().err
 
 
 def test_files_of_other_lines_are_interpolated_when_asked(
