@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.stats import f as f_distribution
+from scipy.stats import t as t_distribution
 
 from fbs import Frf, Record, direct_frf, frequency_axis, write_uff
 from fbs.files.channel_map import map_of
@@ -327,7 +328,7 @@ def test_files_of_other_lines_are_interpolated_when_asked(
 BLOWS, NOISE = 6, 2e-3
 
 
-def hammered(rig: Path, rng: np.random.Generator) -> list[Record]:
+def hammered(rig: Path, rng: np.random.Generator, motion: str) -> list[Record]:
     """Blows at both DoFs of the brake alone, by exudyn in time; sensors' noise is added.
 
     Sampled at every step: a half-sine's corners have all frequencies, and there is no filter. The
@@ -340,24 +341,27 @@ def hammered(rig: Path, rng: np.random.Generator) -> list[Record]:
         blow = Excitation(dof, HalfSine(100.0, 1e-3, start=2e-3))
         run = simulate(
             system, [blow], duration=0.5, integrator=integrator, sampling_frequency=51200.0,
-            responses=DOFS, record=("displacement",),
+            responses=DOFS, record=(motion,),
         )  # fmt: skip
-        assert run.displacement is not None
-        size = np.abs(run.displacement).max(axis=0)
+        sensed = getattr(run, motion)
+        size = np.abs(sensed).max(axis=0)
         for _ in range(BLOWS):
             strength = rng.uniform(0.5, 2.0)
-            noise = NOISE * size * rng.standard_normal(run.displacement.shape)
-            motion = strength * run.displacement + noise
-            records.append(
-                Record(51200.0, strength * run.forces, motion, (dof,), DOFS, "receptance")
-            )
+            noise = NOISE * size * rng.standard_normal(sensed.shape)
+            output = strength * sensed + noise
+            quantity = {"displacement": "receptance", "acceleration": "accelerance"}[motion]
+            records.append(Record(51200.0, strength * run.forces, output, (dof,), DOFS, quantity))
     return records
 
 
+@pytest.mark.parametrize(
+    ("motion", "quantity"), [("displacement", "receptance"), ("acceleration", "accelerance")]
+)
 def test_hammer_records_become_a_part(
-    rig: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    motion: str, quantity: str, rig: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    records = hammered(rig, np.random.default_rng(12))
+    """And the model's own FRFs, of the part and of the whole, lie in the bands estimated."""
+    records = hammered(rig, np.random.default_rng(12), motion)
     paths = []
     for number, record in enumerate(records):
         paths.append(str(tmp_path / f"blow{number}.npz"))
@@ -366,11 +370,11 @@ def test_hammer_records_become_a_part(
     band = ["--fmin", "10", "--fmax", "400"]
     assert call("estimate", *paths, "--output", target, *band) == 0
     told = capsys.readouterr().out
-    assert "receptance by H1 (hammer), 2 × 2, 196 lines from 10 to 400 Hz" in told
+    assert f"{quantity} by H1 (hammer), 2 × 2, 196 lines from 10 to 400 Hz" in told
     assert "averages: brake.w: 6, shaft.w: 6" in told
     found = frf_from_records(records, fmin=10.0, fmax=400.0)
     assert found.variance is not None
-    exact = brake(rig).band(10.0, 400.0).to("receptance").values
+    exact = brake(rig).band(10.0, 400.0).to(quantity).values
     # F(2, 2 (6 − 1)) of |ΔH|² / variance; 784 values, of which a line's four share their blows
     limit = f_distribution.ppf(0.95, 2, 10)
     inside = np.abs(found.frf.values - exact) ** 2 < limit * found.variance
@@ -378,6 +382,17 @@ def test_hammer_records_become_a_part(
     out = str(tmp_path / "out")
     assert call("run", str(rig), "--replace", f"brake={target}", "--out", out) == 0
     assert "The swap (brake from brake.uff" in capsys.readouterr().out
+    # of the whole: the file says of how many averages its coherence is. Bands are a normal
+    # distribution's, the errors' Student's t of 2 (6 − 1): P(|t| < 1.96) = 0.92
+    with np.load(tmp_path / "out" / "results.npz") as arrays:
+        change = 20 * np.log10(
+            np.abs(arrays["swap_after_m_per_n"]) / np.abs(arrays["swap_before_m_per_n"])
+        )
+        within = np.abs(change) < arrays["swap_known_db"]
+    assert t_distribution.cdf(1.96, 10) - t_distribution.cdf(-1.96, 10) == pytest.approx(
+        0.92, abs=0.005
+    )
+    assert 0.88 < within.mean() < 0.98
 
 
 def test_motions_without_a_force_are_no_frfs(
