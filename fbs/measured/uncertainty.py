@@ -44,10 +44,14 @@ class Scatter:
         E |dH|².
     pseudo : complex array of that shape, or None
         E dH²; None is 0: the error is alike in all directions of the complex plane.
+    degrees : float
+        Degrees of freedom the variance was estimated with: what it divides has Student's t
+        distribution. Infinite where it is known.
     """
 
     variance: FloatArray
     pseudo: ComplexArray | None = None
+    degrees: float = np.inf
 
     @classmethod
     def relative(cls, frf: Frf, amplitude: float, phase: float = 0.0) -> Scatter:
@@ -72,7 +76,8 @@ class Scatter:
         known = np.where(np.isnan(coherence), 1.0, coherence)
         if not ((known > 0) & (known <= 1)).all():
             raise FbsError("the coherence must be above 0 and at most 1")
-        return cls(np.abs(frf.values) ** 2 * (1 - known) / (known * degrees))
+        variance = np.abs(frf.values) ** 2 * (1 - known) / (known * degrees)
+        return cls(variance, degrees=2 * degrees)  # real and imaginary parts alike
 
     @classmethod
     def of_repeats(cls, repeats: Sequence[Frf]) -> Scatter:
@@ -86,7 +91,7 @@ class Scatter:
         rests = [frf.values - mean for frf in repeats]
         variance = sum(np.abs(rest) ** 2 for rest in rests) / (n * (n - 1))
         pseudo = sum(rest**2 for rest in rests) / (n * (n - 1))
-        return cls(np.asarray(variance), np.asarray(pseudo))
+        return cls(np.asarray(variance), np.asarray(pseudo), n - 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,11 +124,15 @@ class UncertainFrf:
     def radius(self, level: float = 0.95) -> FloatArray:
         """Return the radius around H that holds the FRF with this probability.
 
-        That of the errors alike in all directions, √(−ln(1 − level) E |dY|²).
+        That of errors alike in all directions, √(−ln(1 − level) E |dY|²), or by the quantile of
+        F(2, ν) where the variance was estimated with ν degrees of freedom.
         """
         if not 0 < level < 1:
             raise FbsError(f"the level is {level}; must be between 0 and 1")
-        return np.asarray(np.sqrt(-np.log1p(-level) * self.variance))
+        quantile, degrees = -np.log1p(-level), self.errors.degrees
+        if np.isfinite(degrees):
+            quantile = degrees / 2 * np.expm1(2 / degrees * quantile)
+        return np.asarray(np.sqrt(quantile * self.variance))
 
     def deviations(self, response: str, excitation: str) -> tuple[FloatArray, FloatArray]:
         """Return the standard deviations of ln |H| and of the phase (rad) of one FRF.

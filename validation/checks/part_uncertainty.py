@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import stdtrit
 
 from fbs import direct_frf
 from fbs.measured.uncertainty import Scatter, UncertainFrf, coupled_uncertainty
@@ -24,7 +25,6 @@ Pair = tuple[str, str]
 
 DECIBEL = 20 / np.log(10)  # dB of one neper
 DIGITS = 1e-5  # dB: a millionth, which twelve digits of a file may become
-NORMAL_95 = 1.959963984540054  # standard deviations on either side that hold 95 %
 NOISE = re.compile(r"([\d.eE+-]+)\s*%\s*(?:,\s*([\d.eE+-]+)\s*(?:deg|°))?")
 
 
@@ -156,7 +156,10 @@ def how_well_known(
 
 def _known(carried: Mapping[str, UncertainFrf], pair: Pair) -> Known:
     """How well an FRF is known under the errors of all parts."""
-    level = sum(one.deviations(*pair)[0] ** 2 for one in carried.values())
+    level = sum(
+        (stdtrit(one.errors.degrees, 0.975) * one.deviations(*pair)[0]) ** 2  # 1.96, or more
+        for one in carried.values()
+    )
     variances = {part: _between(one, pair) for part, one in carried.items()}
     total = np.sum(list(variances.values()), axis=0)
     erring = total > 0
@@ -172,7 +175,7 @@ def _known(carried: Mapping[str, UncertainFrf], pair: Pair) -> Known:
             for j, excitation in enumerate(one.part.excitations)
         ]
     shares.sort(key=lambda share: share.share, reverse=True)
-    return Known(NORMAL_95 * DECIBEL * np.sqrt(level), tuple(shares))
+    return Known(DECIBEL * np.sqrt(level), tuple(shares))
 
 
 def _between(found: UncertainFrf, pair: Pair) -> FloatArray:

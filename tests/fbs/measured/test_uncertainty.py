@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import f as f_distribution
 
 from fbs import FbsError, Frf, Joint, UnknownDofError, couple, direct_frf, frequency_axis
 from fbs.measured.uncertainty import Scatter, coupled_uncertainty, sampled
@@ -131,6 +132,22 @@ def test_scatter_of_repeats_of_coherence_and_relative() -> None:
     for wrong in refused:
         with pytest.raises(FbsError):
             wrong()
+
+
+def test_the_radius_is_that_of_f() -> None:
+    substructures = parts()
+    coherence = np.full(substructures["a"].values.shape, 0.9)
+    errors = Scatter.of_coherence(substructures["a"], coherence, 5)
+    found = coupled_uncertainty(substructures, JOINTS, "a", errors)
+    np.testing.assert_allclose(
+        found.radius(0.9) ** 2, f_distribution.ppf(0.9, 2, 10) * found.variance, rtol=1e-12
+    )
+    known = coupled_uncertainty(substructures, JOINTS, "a", Scatter(errors.variance))
+    np.testing.assert_allclose(
+        known.radius(0.9) ** 2, f_distribution.ppf(0.9, 2, 1e9) * known.variance, rtol=1e-7
+    )
+    with pytest.raises(FbsError, match="the level is 1"):
+        known.radius(1)
 
 
 def test_what_does_not_fit_is_refused() -> None:

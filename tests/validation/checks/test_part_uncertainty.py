@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import t as t_distribution
 
 from fbs import direct_frf, frequency_axis
 from fbs.measured.quality import quality
@@ -63,7 +64,8 @@ def test_coherence_says_it_where_its_averages_are_known() -> None:
     size = np.sqrt(0.1 / 0.9 / 10 / 2)
     stated = how_well_known(MODEL, [part], PAIRS, Noise(size, size))
     for pair in PAIRS:
-        np.testing.assert_allclose(known[pair].level, stated[pair].level, rtol=1e-9)
+        wider = t_distribution.ppf(0.975, 20) / 1.959963985  # twice ten degrees of freedom
+        np.testing.assert_allclose(known[pair].level, wider * stated[pair].level, rtol=1e-9)
 
 
 def test_errors_of_two_parts_add_up() -> None:
@@ -100,7 +102,8 @@ def test_runs_say_it_where_no_noise_is_stated() -> None:
     known = how_well_known(MODEL, [replace(part, repeats=runs)], PAIRS)
     stated = how_well_known(MODEL, [part], PAIRS, Noise(0.01 / np.sqrt(5)))
     ratio = known[PAIRS[0]].level / stated[PAIRS[0]].level
-    assert 0.6 < np.median(ratio) < 1.4  # four degrees of freedom
+    wider = t_distribution.ppf(0.975, 4) / 1.96  # four degrees of freedom
+    assert 0.6 < np.median(ratio) / wider < 1.4
 
 
 @pytest.mark.parametrize(
