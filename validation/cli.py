@@ -21,12 +21,14 @@ from .cli_options import (
     FileNoise,
     FileQuantity,
     FileRun,
+    FileSamples,
     FileUnit,
     Fmax,
     Fmin,
     FrfExcitations,
     FrfResponses,
     Harmonics,
+    InTime,
     Metrics,
     Model,
     Replace,
@@ -84,14 +86,8 @@ def run(
     resample: Resample = False,
     noise: FileNoise = None,
     averages: FileAverages = None,
-    in_time: Annotated[
-        bool | None,
-        typer.Option(
-            "--time/--no-time",
-            help="Integrate a multisine in time as well (default: up to 60 DoFs, no parts from "
-            "files).",
-        ),
-    ] = None,
+    samples: FileSamples = 0,
+    in_time: InTime = None,
 ) -> None:
     """Compare all routes and write a report; exit code 1 if they disagree."""
     from .checks.part_uncertainty import parse_noise
@@ -107,6 +103,7 @@ def run(
         replace=replace or (),
         options=file_options(quantity, unit, test_run, channel_map, resample, averages),
         noise=parse_noise(noise),
+        repetitions=samples,
         in_time=in_time,
     )
     if not result.agrees:

@@ -53,6 +53,13 @@ class Scatter:
     pseudo: ComplexArray | None = None
     degrees: float = np.inf
 
+    def select(self, responses: Sequence[int], excitations: Sequence[int]) -> Scatter:
+        """Return the errors of some FRFs, by their numbers."""
+        lines = range(len(self.variance))
+        at = np.ix_(lines, responses, excitations)
+        pseudo = None if self.pseudo is None else self.pseudo[at]
+        return Scatter(self.variance[at], pseudo, self.degrees)
+
     @classmethod
     def relative(cls, frf: Frf, amplitude: float, phase: float = 0.0) -> Scatter:
         """Return H (1 + ε) exp(jφ), ε and φ (rad) with these standard deviations."""
@@ -207,14 +214,8 @@ def coupled_uncertainty(
     FbsError
         As for `couple`, or errors of another shape.
     """
-    if part not in substructures:
-        raise UnknownDofError(f"there is no substructure {part!r}, only {', '.join(substructures)}")
+    _require_fitting(substructures, part, errors)
     frf = substructures[part]
-    if errors.variance.shape != frf.values.shape:
-        raise FbsError(
-            f"the errors have shape {errors.variance.shape}, the FRFs of {part!r} "
-            f"{frf.values.shape}"
-        )
     result, known = coupled(substructures, joints, responses, excitations)
     places = _Places.of(known, part)
     motion = _at_joints(known, places, "responses")
@@ -234,36 +235,58 @@ def coupled_uncertainty(
 def sampled(
     substructures: Mapping[str, Frf],
     joints: Sequence[Joint],
-    part: str,
-    errors: Scatter,
+    errors: Mapping[str, Scatter],
     count: int,
     seed: int = 0,
     responses: Iterable[str] | None = None,
     excitations: Iterable[str] | None = None,
 ) -> Iterator[Frf]:
-    """Couple again and again with errors drawn from normal distributions.
+    """Couple again and again with errors drawn from normal distributions, or Student's t.
 
     Parameters
     ----------
+    substructures, joints, responses, excitations
+        As for `couple`.
+    errors : mapping of str to Scatter
+        Of the substructures that were measured; Student's t where their degrees are finite.
     count : int
         How often.
     seed : int
         Of the random numbers.
 
-    The others are those of `coupled_uncertainty`, and so is what is raised.
+    Raises
+    ------
+    UnknownDofError, FbsError
+        As for `coupled_uncertainty`.
     """
     generator = np.random.default_rng(seed)
     wanted = None if responses is None else tuple(responses)
     driven = None if excitations is None else tuple(excitations)
-    frf = substructures[part]
-    roots = _roots(errors)
+    for part, scatter in errors.items():
+        _require_fitting(substructures, part, scatter)
+    roots = {part: _roots(scatter) for part, scatter in errors.items()}
     for _ in range(count):
-        values = frf.values + _draw(roots, generator)
-        changed = dict(substructures) | {part: replace(frf, values=values)}
+        changed = dict(substructures)
+        for part, scatter in errors.items():
+            error = _draw(roots[part], generator)
+            if np.isfinite(scatter.degrees):
+                size = generator.chisquare(scatter.degrees, error.shape)
+                error = error * np.sqrt(scatter.degrees / size)
+            changed[part] = replace(changed[part], values=changed[part].values + error)
         yield couple(changed, joints, wanted, driven).frf
 
 
 # --- parts -------------------------------------------------------------------------------------
+
+
+def _require_fitting(substructures: Mapping[str, Frf], part: str, errors: Scatter) -> None:
+    if part not in substructures:
+        raise UnknownDofError(f"there is no substructure {part!r}, only {', '.join(substructures)}")
+    values = substructures[part].values
+    if errors.variance.shape != values.shape:
+        raise FbsError(
+            f"the errors have shape {errors.variance.shape}, the FRFs of {part!r} {values.shape}"
+        )
 
 
 @dataclass(frozen=True, eq=False)

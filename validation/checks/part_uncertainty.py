@@ -13,17 +13,20 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
-from fbs import direct_frf
-from fbs.measured.uncertainty import Scatter, UncertainFrf, coupled_uncertainty
+from fbs import Frf, Joint, couple, direct_frf
+from fbs.measured.uncertainty import Scatter, UncertainFrf, coupled_uncertainty, sampled
 
 from ..arrays import FloatArray
 from ..errors import CommandError
 from ..routes.source import Source
 from ..routes.substitution import Substitution
+from .metrics import decibel_difference
 
 Pair = tuple[str, str]
 
 DECIBEL = 20 / np.log(10)  # dB of one neper
+FIRST_ORDER = 6.0  # dB at 95 %: σ = 0.35 of H, whose second order is a sixth of the first
+FEWEST, MOST_VALUES = 100, 2e8  # repetitions for quantiles of 2.5 %; numbers kept (0.8 GB)
 DIGITS = 1e-5  # dB: a millionth, which twelve digits of a file may become
 NOISE = re.compile(r"([\d.eE+-]+)\s*%\s*(?:,\s*([\d.eE+-]+)\s*(?:deg|°))?")
 
@@ -55,19 +58,42 @@ class Known:
 
     Attributes
     ----------
-    level
-        (n_frequency,) dB on either side that hold 95 %, to first order.
+    low, high
+        (n_frequency,) dB relative to the FRF, which hold it with 95 %.
     shares
-        Of every measured FRF in E |dY|², the mean over the lines; the largest first. They add up
-        to 1.
+        Of every measured FRF in E |dY|², to first order, the mean over the lines; the largest
+        first. They add up to 1.
+    repetitions
+        Whose quantiles the band is; 0: it is of first order.
     """
 
-    level: FloatArray
+    low: FloatArray
+    high: FloatArray
     shares: tuple[Share, ...]
+    repetitions: int = 0
+
+    @property
+    def level(self) -> FloatArray:
+        """(n_frequency,) dB on either side that hold 95 % or more."""
+        return np.maximum(self.high, -self.low)
+
+    @property
+    def told(self) -> float:
+        """What is beyond so many dB is no more than wide."""
+        return np.inf if self.repetitions else FIRST_ORDER
+
+    @property
+    def method(self) -> str:
+        """In words."""
+        return f"{self.repetitions} repetitions" if self.repetitions else "first order"
 
     def exceeded(self, decibel: FloatArray) -> NDArray[np.bool_]:
-        """Lines at which a change (dB) is beyond the band, and beyond what a file's digits are."""
-        return np.asarray(np.abs(decibel) > np.maximum(self.level, DIGITS))  # NaN is not
+        """Lines at which the FRF before a change (dB) lies outside the band of the one after.
+
+        And the change is beyond what a file's digits are.
+        """
+        outside = (-decibel < self.low) | (-decibel > self.high)  # NaN is not
+        return np.asarray(outside & (np.abs(decibel) > DIGITS))
 
     def split(self, part: str, responses: Sequence[str], excitations: Sequence[str]) -> FloatArray:
         """The shares of a part's FRFs, (n_response, n_excitation); 0 where it is certain."""
@@ -114,13 +140,35 @@ def scatter_of(substitution: Substitution, noise: Noise | None) -> Scatter | Non
     return None
 
 
+def require_errors(
+    repetitions: int, substitutions: Sequence[Substitution], noise: Noise | None
+) -> None:
+    """Refuse ``--samples`` where there is nothing to draw.
+
+    Raises
+    ------
+    CommandError
+        Fewer repetitions than quantiles need, or nothing is known of any file's errors.
+    """
+    if repetitions == 0:
+        return
+    if repetitions < FEWEST:
+        raise CommandError(f"--samples = {repetitions}: must be at least {FEWEST}")
+    if all(scatter_of(one, noise) is None for one in substitutions):
+        raise CommandError(
+            f"--samples = {repetitions}: nothing is known of any file's errors; --noise or "
+            "--averages says it, or a file of several runs (--replace)"
+        )
+
+
 def how_well_known(
     source: Source,
     substitutions: Sequence[Substitution],
     pairs: Sequence[Pair],
     noise: Noise | None = None,
+    repetitions: int = 0,
 ) -> Mapping[Pair, Known]:
-    """Carry the errors of measured parts through the coupling, to first order.
+    """Carry the errors of measured parts through the coupling, to first order or by sampling.
 
     Errors of different parts are independent: their variances add up.
 
@@ -134,6 +182,13 @@ def how_well_known(
         (response, excitation) of the assembly.
     noise
         Stated noise of all parts (None: the scatter of each one's runs, or its coherence).
+    repetitions
+        How often to couple with errors drawn, for bands that first order does not tell (0: none).
+
+    Raises
+    ------
+    CommandError
+        More repetitions than memory is taken for.
 
     Returns
     -------
@@ -151,7 +206,49 @@ def how_well_known(
         part: coupled_uncertainty(stages, source.joints, part, scatter, rows, columns)
         for part, scatter in errors.items()
     }
-    return {pair: _known(carried, pair) for pair in pairs}
+    known = {pair: _known(carried, pair) for pair in pairs}
+    if not repetitions:
+        return known
+    if repetitions * frequency.size * len(known) > MOST_VALUES:
+        raise CommandError(
+            f"--samples = {repetitions}: with {frequency.size} lines and {len(known)} FRFs at most "
+            f"{int(MOST_VALUES / frequency.size / len(known))}"
+        )
+    return _sampled(known, stages, source.joints, errors, repetitions)
+
+
+def _sampled(
+    known: Mapping[Pair, Known],
+    stages: Mapping[str, Frf],
+    joints: Sequence[Joint],
+    errors: Mapping[str, Scatter],
+    count: int,
+) -> Mapping[Pair, Known]:
+    """The bands by quantiles of repetitions, without errors that reach none of the FRFs."""
+    rows, columns = (list(dict.fromkeys(labels)) for labels in zip(*known, strict=True))
+    ends = {end for joint in joints for end in (joint.first, joint.second)}
+    few, drawn = dict(stages), {}
+    for part, scatter in errors.items():
+        frf = stages[part]
+        at, by = (
+            [n for n, label in enumerate(own) if (part, label) in ends or label in wanted]
+            for own, wanted in ((frf.responses, rows), (frf.excitations, columns))
+        )
+        labels = [frf.responses[n] for n in at], [frf.excitations[n] for n in by]
+        few[part], drawn[part] = frf.select(*labels), scatter.select(at, by)
+    places = [(rows.index(r), columns.index(e)) for r, e in known]
+    levels = np.empty((count, len(places), next(iter(stages.values())).frequency.size), np.float32)
+    exact = couple(few, joints, rows, columns).frf.values
+    draws = sampled(few, joints, drawn, count, 0, rows, columns)
+    for level, frf in zip(levels, draws, strict=True):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            for number, place in enumerate(places):
+                level[number] = decibel_difference(exact[:, *place], frf.values[:, *place])
+    low, high = np.quantile(levels, [0.025, 0.975], axis=0)
+    return {
+        pair: Known(low[n], high[n], one.shares, count)
+        for n, (pair, one) in enumerate(known.items())
+    }
 
 
 def _known(carried: Mapping[str, UncertainFrf], pair: Pair) -> Known:
@@ -166,16 +263,15 @@ def _known(carried: Mapping[str, UncertainFrf], pair: Pair) -> Known:
     shares = []
     for part, one in carried.items():
         of_part = np.divide(variances[part], total, out=np.zeros(total.size), where=erring)
-        split = np.einsum("f,fij->ij", of_part, one.shares(*pair)) / max(
-            1, np.count_nonzero(erring)
-        )
+        split = np.einsum("f,fij->ij", of_part, one.shares(*pair)) / max(1, erring.sum())
         shares += [
             Share(part, response, excitation, float(split[i, j]))
             for i, response in enumerate(one.part.responses)
             for j, excitation in enumerate(one.part.excitations)
         ]
     shares.sort(key=lambda share: share.share, reverse=True)
-    return Known(DECIBEL * np.sqrt(level), tuple(shares))
+    band = DECIBEL * np.sqrt(level)
+    return Known(-band, band, tuple(shares))
 
 
 def _between(found: UncertainFrf, pair: Pair) -> FloatArray:

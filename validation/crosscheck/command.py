@@ -8,7 +8,7 @@ from pathlib import Path
 from mbs_models.modal.mode_kinds import label_inertias
 from mbs_models.model.model_file import load
 
-from ..checks.part_uncertainty import Noise
+from ..checks.part_uncertainty import Noise, require_errors
 from ..report.command import run_study
 from ..routes.bands import Band, band
 from ..routes.frf_input import NOTHING_SAID, FileOptions
@@ -31,6 +31,7 @@ def run_command(
     replace: Sequence[str] = (),
     options: FileOptions = NOTHING_SAID,
     noise: Noise | None = None,
+    repetitions: int = 0,
     in_time: bool | None = None,
 ) -> CrossCheck:
     """Compare all routes, write the report, and print what was found; the options as typed.
@@ -43,6 +44,7 @@ def run_command(
     drivetrain = load(model)
     n_dofs = len(label_inertias(drivetrain))
     files = read_substitutions(drivetrain, replace, fmin, fmax, df, options)
+    require_errors(repetitions, files, noise)
     lines = Band.of(files[0].frf.frequency) if files else band(fmin, fmax, df, n_dofs**2)
     require_memory(lines, run_bytes(drivetrain), "the report's curves")
     if in_time is None:
@@ -60,6 +62,7 @@ def run_command(
             progress=progress,
             substitutions=files,
             noise=noise,
+            repetitions=repetitions,
             in_time=in_time,
         )
 

@@ -217,6 +217,7 @@ def _known(curve: CurveChange, known: Known, axis: FloatArray) -> dict[str, Any]
     return {
         "response": curve.response,
         "excitation": curve.excitation,
+        "method": known.method,
         "median_db": float(np.median(known.level)),
         "at_largest_change_db": float(known.level[at]),
         "lines_beyond": int(known.exceeded(curve.decibel).sum()),
@@ -318,7 +319,7 @@ def _swap_arrays(found: Changes) -> dict[str, NDArray[Any]]:
 
 
 def _known_arrays(found: Changes) -> dict[str, NDArray[Any]]:
-    """Bands (±dB, 95 %) line by line, and what share of each FRF's error every file's FRF causes.
+    """Bands (dB from and to, 95 %) line by line, and every error's split by the files' FRFs.
 
     ``swap_error_share_PART`` is (curves, responses, excitations of the file).
     """
@@ -326,7 +327,7 @@ def _known_arrays(found: Changes) -> dict[str, NDArray[Any]]:
         return {}
     arrays = {
         **_pairs("swap_known", list(found.known)),
-        "swap_known_db": np.array([known.level for known in found.known.values()]),
+        "swap_known_db": np.array([(known.low, known.high) for known in found.known.values()]),
     }
     for each in found.substitutions:
         rows, columns = each.frf.responses, each.frf.excitations

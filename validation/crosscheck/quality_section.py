@@ -18,7 +18,7 @@ from ..report.style import INK, MUTED, PURPLE
 from ..routes.substitution import Substitution
 from ..routes.substitution_checks import describe, where
 from .result import Changes, CurveChange
-from .substitution import FIRST_ORDER, decibels
+from .substitution import decibels
 
 MOST_DEFECTS, MOST_CURVES, MOST_SHARES = 20, 4, 3
 LEAST_SHARE = 0.01
@@ -154,6 +154,14 @@ def _known(found: Changes) -> tuple[Block, ...]:
     curves = {(c.response, c.excitation): c for c in found.curves}
     axis = found.substitutions[0].frf.frequency
     rows = tuple(_certainty(curves[pair], known, axis) for pair, known in found.known.items())
+    one = next(iter(found.known.values()))
+    method = one.method
+    limit = (
+        ""
+        if one.repetitions
+        else f"Where they are wider than ±{one.told:g} dB first order tells no more than that "
+        "(run --samples does). "
+    )
     headings = (
         "Response ← excitation", "Typical (±dB)", "Largest change", "at (Hz)",
         "Known there to (±dB)", "Beyond its band", "Its error comes from",
@@ -162,9 +170,8 @@ def _known(found: Changes) -> tuple[Block, ...]:
         Table(headings, rows, frozenset({1, 2, 3, 4, 5}), "compared"),
         Note(
             "Bands hold an FRF with 95 %: errors of the files’ FRFs, independent of each other, "
-            "carried through the coupling to first order. They are drawn below; where they are "
-            f"wider than ±{FIRST_ORDER:g} dB first order tells no more than that. The split of all "
-            "is in results.npz."
+            f"carried through the coupling ({method}). They are drawn with the FRFs. "
+            f"{limit}The split of every FRF’s error is to first order; all of it is in results.npz."
         ),
     )
 
@@ -182,7 +189,7 @@ def _certainty(curve: CurveChange, known: Known, axis: FloatArray) -> tuple[str,
     beyond = int(known.exceeded(curve.decibel).sum())
     return (
         name, typical, decibels(curve.largest_db), f"{curve.at_hz:.6g}",
-        f"{level:.2g}" if level <= FIRST_ORDER else f"more than {FIRST_ORDER:g}",
+        f"{level:.2g}" if level <= known.told else f"more than {known.told:g}",
         f"{beyond} of {axis.size} lines", shares,
     )  # fmt: skip
 

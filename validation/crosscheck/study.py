@@ -43,6 +43,7 @@ def cross_check(
     progress: Progress = silent,
     substitutions: Sequence[Substitution] = (),
     noise: Noise | None = None,
+    repetitions: int = 0,
     in_time: bool = False,
 ) -> CrossCheck:
     """Build a drivetrain by every route, compare all with exudyn's whole system.
@@ -63,6 +64,8 @@ def cross_check(
         Parts from files, on the band's lines: what they change is found too.
     noise
         Stated noise of the files' FRFs (None: the scatter of their runs, if there are several).
+    repetitions
+        By which their bands are found (0: to first order).
     in_time
         Whether to integrate a multisine in time as well.
 
@@ -112,7 +115,14 @@ def cross_check(
         changes = clock.timed(
             "swap",
             lambda: what_changes(
-                exudyn, candidates[-1], substitutions, compared, frequency, floor, noise
+                exudyn,
+                candidates[-1],
+                substitutions,
+                compared,
+                frequency,
+                floor,
+                noise,
+                repetitions,
             ),
         )
     warnings = [*model_warnings(drivetrain), *(w for each in substitutions for w in each.warnings)]

@@ -229,8 +229,12 @@ def _figure(
 
 def _band(curve: CurveChange, known: Known) -> Band:
     """What holds the FRF after with 95 %; as wide as the frame where errors have no bound."""
-    level, wide = decibel_level(curve.after), np.where(np.isfinite(known.level), known.level, WIDE)
-    return Band("95 % of it", level - wide, level + wide, BAND_COLOR, fitted=False)
+    level = decibel_level(curve.after)
+    low, high = (
+        np.nan_to_num(side, nan=wide, posinf=WIDE, neginf=-WIDE)
+        for side, wide in ((known.low, -WIDE), (known.high, WIDE))
+    )
+    return Band("95 % of it", level + low, level + high, BAND_COLOR, fitted=False)
 
 
 def _peaks(name: str, peaks: list[Peak | None], color: str, size: float) -> tuple[Curve, ...]:

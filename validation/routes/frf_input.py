@@ -164,9 +164,9 @@ def _measurement(
             f"the map has no DoF of this part; it has {few(list(dict.fromkeys(known)))}, the part "
             f"{few(wanted or ())}"
         )
-    _require_some(found, [c for side in sides for c in channels_of(side)])
+    named = list(dict.fromkeys(c for side in sides for c in channels_of(side)))
+    _require_some(found, named)
     block = take(found, channels_of(sides[0]), channels_of(sides[1]), options.given.run)
-    named = [c for side in sides for c in channels_of(side)]
     rest = [label for label in labels(found) if label not in named]
     found_dofs = mapped(block, ChannelMap(*sides), radii.get)
     if not rest:

@@ -39,7 +39,7 @@ def test_95_percent_bands_hold_93_to_97_percent_of_the_repetitions() -> None:
     np.testing.assert_array_equal(found.frf.values, exact)
     deviation = np.array([[found.deviations(r, e)[0] for e in WANTED] for r in WANTED])
     first_order = 1.96 * deviation.transpose(2, 0, 1)
-    draws = sampled(stages, joints, "planetary", errors, 2 * REPETITIONS, 1, WANTED, WANTED)
+    draws = sampled(stages, joints, {"planetary": errors}, 2 * REPETITIONS, 1, WANTED, WANTED)
     levels = np.array(
         [np.log(np.abs(frf.values) / np.abs(exact)) for frf in draws], dtype=np.float32
     )

@@ -171,7 +171,9 @@ def test_repetitions_fall_into_the_bands() -> None:
     ratios = np.array(
         [
             frf.values[:, 0, 0] / h
-            for frf in sampled(substructures, JOINTS, "b", errors, 400, 1, [response], [excitation])
+            for frf in sampled(
+                substructures, JOINTS, {"b": errors}, 400, 1, [response], [excitation]
+            )
         ]
     )
     scatter = 4 * np.sqrt(0.05 * 0.95 / 400)

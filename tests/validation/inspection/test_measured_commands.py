@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import tomllib
 from pathlib import Path
 
@@ -197,6 +198,17 @@ def test_noise_gives_bands(rig: Path, tmp_path: Path, capsys: pytest.CaptureFixt
     assert "(95 %) at" in told
     assert "of it by brake's shaft.w ← shaft.w" in told
     assert "the change there is beyond that" in told  # 5 % of the FRFs against 0.2 %
+    sampled = [*given, "--noise", "0.2%,0.1deg", "--samples"]
+    assert call(*sampled, "200", "--out", str(tmp_path / "out")) == 0
+    told = capsys.readouterr().out
+    assert re.search(r"known to −\S+ to \+\S+ dB \(95 %\) at .*the change there is beyond", told)
+    for wrong, words in (
+        ([*sampled, "20"], "--samples = 20: must be at least 100"),
+        ([*sampled, "9000000"], "--samples = 9000000: with 200 lines and"),
+        ([*given, "--samples", "200"], "nothing is known of any file's errors; --noise or"),
+    ):
+        assert call(*wrong, "--out", str(tmp_path / "out")) == 2
+        assert words in capsys.readouterr().err
     assert call(*given, "--noise", "2", "--out", str(tmp_path / "out")) == 2
     assert "--noise = '2': give a percentage" in capsys.readouterr().err
 
@@ -225,18 +237,22 @@ def test_quality_and_bands_stand_in_the_report(
         captured = capsys.readouterr()
         return captured.out, captured.err
 
+    def of_the_brake(printed: str) -> list[str]:
+        """What is said of the FRF that changes most."""
+        lines = printed.splitlines()
+        return [line for line in lines if line.startswith("  brake.w: ") and "(95 %)" in line]
+
     printed, warned = told("x.uff")
     assert "(95 %)" not in printed
     assert "does not say of how many averages: no bands follow from them (--averages N)" in warned
     said, warned = told("x.uff", "--averages", "8")
     assert "known to ±" in said
     assert "averages" not in warned
-    start = "  brake.w: known to ±"  # of the FRFs that change
-    bands = [line for line in said.splitlines() if line.startswith(start)]
+    bands = of_the_brake(said)
     assert bands
     for ending in ("uff", "npz", "mat"):
         printed, warned = told(f"n.{ending}")
-        assert [line for line in printed.splitlines() if line.startswith(start)] == bands
+        assert of_the_brake(printed) == bands
         assert "averages" not in warned
     html = (out / "report.html").read_text(encoding="utf-8")
     page = html[html.index('<h2 id="quality">') :]
@@ -252,7 +268,7 @@ def test_quality_and_bands_stand_in_the_report(
     assert 0 < known["median_db"] < known["at_largest_change_db"]
     assert sum(share["share"] for share in known["shares"]) == pytest.approx(1.0, abs=0.04)
     with np.load(out / "results.npz") as arrays:
-        assert arrays["swap_known_db"].shape == (len(swap["known"]), 200)
+        assert arrays["swap_known_db"].shape == (len(swap["known"]), 2, 200)
         shares = arrays["swap_error_share_brake"]
     np.testing.assert_allclose(shares.sum(axis=(1, 2)), 1.0)
 
@@ -387,7 +403,7 @@ def test_hammer_records_become_a_part(
         change = 20 * np.log10(
             np.abs(arrays["swap_after_m_per_n"]) / np.abs(arrays["swap_before_m_per_n"])
         )
-        within = np.abs(change) < arrays["swap_known_db"]
+        within = np.abs(change) < arrays["swap_known_db"][:, 1]
     assert 0.92 < within.mean() < 0.99
 
 
