@@ -11,7 +11,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from .._kernels.checks import unique_labels
 from ..errors import FbsError
 from ..frf import Frf, Quantity, as_quantity
+from .channel_map import signed
 from .measurement import (
     AS_STATED,
     Candidate,
@@ -166,14 +167,18 @@ def array_contents(arrays: Mapping[str, NDArray[Any]], given: Given) -> Contents
         {}
         if coherence is None or coherence.size != values.size
         else {
-            (r, e): [np.asarray(coherence.reshape(expected)[:, i, j], dtype=float)]
+            (signed(r)[0], signed(e)[0]): [
+                np.asarray(coherence.reshape(expected)[:, i, j], dtype=float)
+            ]
             for i, r in enumerate(labels[0])
             for j, e in enumerate(labels[1])
         }
     )
     count = arrays.get("averages", np.empty(0)).ravel()
     averages = (
-        dict(zip(labels[1], map(int, count), strict=True)) if count.size == expected[2] else {}
+        {signed(label)[0]: int(n) for label, n in zip(labels[1], count, strict=True)}
+        if count.size == expected[2]
+        else {}
     )
     return Contents(tuple(one.candidate(given) for one in columns), known, averages)
 
@@ -194,8 +199,16 @@ class Column:
     unit: str
 
     def candidate(self, given: Given) -> Candidate:
-        """Return it as an FRF to be taken; its unit is read only then."""
-        return Candidate(self.response, self.excitation, lambda: self._measured(given))
+        """Return it as an FRF to be taken; its unit is read only then.
+
+        A label such as "12:-Z" becomes "12.z" of other sign, as node and direction of .uff do.
+        """
+        (response, of_response), (excitation, of_excitation) = (
+            signed(label) for label in (self.response, self.excitation)
+        )
+        sign = of_response * of_excitation
+        own = replace(self, response=response, excitation=excitation, values=self.values * sign)
+        return Candidate(response, excitation, lambda: own._measured(given))
 
     def _measured(self, given: Given) -> Measured:
         name = f"the FRF from {self.excitation!r} to {self.response!r}"

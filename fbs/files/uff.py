@@ -25,6 +25,7 @@ from .._kernels.checks import FloatArray
 from .._kernels.door import door
 from ..errors import FbsError
 from ..frf import Frf, Quantity, as_quantity
+from .channel_map import signed
 from .measurement import AS_STATED, Candidate, Contents, Given, Measured, few, take
 from .stated_units import frequency_factor, frf_unit, states_ratio, unit_system
 from .uff_functions import (
@@ -263,7 +264,8 @@ def dof_label(f: Function, side: str) -> tuple[str, int]:
     end: End = getattr(f, side)
     line, prefix = (f.ids[3], RESPONSE) if side == "response" else (f.ids[4], EXCITATION)
     if line.startswith(prefix):
-        return line[len(prefix) :], 1
+        label, sign = signed(line[len(prefix) :])
+        return label, int(sign)
     entity = "" if end.entity == "NONE" else end.entity
     parts = (entity, str(end.node), DIRECTIONS[abs(end.direction)])
     return ".".join(filter(None, parts)), -1 if end.direction < 0 else 1

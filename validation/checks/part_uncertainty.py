@@ -27,6 +27,7 @@ Pair = tuple[str, str]
 DECIBEL = 20 / np.log(10)  # dB of one neper
 FIRST_ORDER = 6.0  # dB at 95 %: σ = 0.35 of H, whose second order is a sixth of the first
 FEWEST, MOST_VALUES = 100, 2e8  # repetitions for quantiles of 2.5 %; numbers kept (0.8 GB)
+NOTHING_LEFT = 1e-50  # of an FRF: −1000 dB, beyond any frame
 DIGITS = 1e-5  # dB: a millionth, which twelve digits of a file may become
 NOISE = re.compile(r"([\d.eE+-]+)\s*%\s*(?:,\s*([\d.eE+-]+)\s*(?:deg|°))?")
 
@@ -90,10 +91,11 @@ class Known:
     def exceeded(self, decibel: FloatArray) -> NDArray[np.bool_]:
         """Lines at which the FRF before a change (dB) lies outside the band of the one after.
 
-        And the change is beyond what a file's digits are.
+        And the change is beyond what a file's digits are. Where the band is not told, nothing is
+        said to be outside.
         """
         outside = (-decibel < self.low) | (-decibel > self.high)  # NaN is not
-        return np.asarray(outside & (np.abs(decibel) > DIGITS))
+        return np.asarray(outside & (np.abs(decibel) > DIGITS) & (self.level <= self.told))
 
     def split(self, part: str, responses: Sequence[str], excitations: Sequence[str]) -> FloatArray:
         """The shares of a part's FRFs, (n_response, n_excitation); 0 where it is certain."""
@@ -206,7 +208,7 @@ def how_well_known(
         part: coupled_uncertainty(stages, source.joints, part, scatter, rows, columns)
         for part, scatter in errors.items()
     }
-    known = {pair: _known(carried, pair) for pair in pairs}
+    known = {pair: known_of(carried, pair) for pair in pairs}
     if not repetitions:
         return known
     if repetitions * frequency.size * len(known) > MOST_VALUES:
@@ -251,7 +253,7 @@ def _sampled(
     }
 
 
-def _known(carried: Mapping[str, UncertainFrf], pair: Pair) -> Known:
+def known_of(carried: Mapping[str, UncertainFrf], pair: Pair) -> Known:
     """How well an FRF is known under the errors of all parts."""
     level = sum(
         (stdtrit(one.errors.degrees, 0.975) * one.deviations(*pair)[0]) ** 2  # 1.96, or more
@@ -270,8 +272,12 @@ def _known(carried: Mapping[str, UncertainFrf], pair: Pair) -> Known:
             for j, excitation in enumerate(one.part.excitations)
         ]
     shares.sort(key=lambda share: share.share, reverse=True)
-    band = DECIBEL * np.sqrt(level)
-    return Known(-band, band, tuple(shares))
+    width = np.sqrt(level)
+    if all(np.isinf(one.errors.degrees) for one in carried.values()):
+        low, high = -width, width  # of ln |H|: noise is stated as a share of H
+    else:  # |H| within |Ĥ| (1 ± width): errors that add up with H do not grow with it
+        low, high = np.log(np.maximum(1.0 - width, NOTHING_LEFT)), np.log1p(width)
+    return Known(DECIBEL * low, DECIBEL * high, tuple(shares))
 
 
 def _between(found: UncertainFrf, pair: Pair) -> FloatArray:

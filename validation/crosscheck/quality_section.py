@@ -181,7 +181,7 @@ def _certainty(curve: CurveChange, known: Known, axis: FloatArray) -> tuple[str,
     shares = Markup("<br>").join(
         str(share) for share in known.shares[:MOST_SHARES] if share.share >= LEAST_SHARE
     )
-    typical = f"{np.median(known.level):.2g}"
+    typical = _width(float(np.median(known.level)), known)
     if not np.isfinite(curve.largest_db):
         return name, typical, DASH, DASH, DASH, DASH, shares
     at = int(np.argmin(np.abs(axis - curve.at_hz)))
@@ -189,9 +189,13 @@ def _certainty(curve: CurveChange, known: Known, axis: FloatArray) -> tuple[str,
     beyond = int(known.exceeded(curve.decibel).sum())
     return (
         name, typical, decibels(curve.largest_db), f"{curve.at_hz:.6g}",
-        f"{level:.2g}" if level <= known.told else f"more than {known.told:g}",
+        _width(level, known),
         f"{beyond} of {axis.size} lines", shares,
     )  # fmt: skip
+
+
+def _width(level: float, known: Known) -> str:
+    return f"{level:.2g}" if level <= known.told else f"more than {known.told:g}"
 
 
 def doubtful_lines(

@@ -211,7 +211,8 @@ def _how_well(curve: CurveChange, known: Known, frequency: FloatArray) -> str:
     origin = str(known.shares[0])
     comparable = np.isfinite(curve.decibel) & np.isfinite(known.level)
     if not comparable.any() or not np.isfinite(curve.largest_db):
-        return f"known to ±{np.median(known.level):.2g} dB (95 %) typically, {origin}"
+        typical = min(float(np.median(known.level)), known.told)
+        return f"known to ±{typical:.2g} dB (95 %) typically, {origin}"
     at = int(np.argmin(np.abs(frequency - curve.at_hz)))
     exceeded = known.exceeded(curve.decibel)
     beyond = int(exceeded[comparable].sum())
