@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -129,8 +129,16 @@ def parse_noise(text: str | None) -> Noise | None:
 def scatter_of(substitution: Substitution, noise: Noise | None) -> Scatter | None:
     """Errors of a part's FRFs: the noise stated, else what its runs or its coherence say.
 
-    None: nothing is known of them.
+    With what their interpolation adds. None: nothing is known of them.
     """
+    scatter = _measured(substitution, noise)
+    added = substitution.interpolation
+    if scatter is None or added is None:
+        return scatter
+    return replace(scatter, variance=scatter.variance + added)
+
+
+def _measured(substitution: Substitution, noise: Noise | None) -> Scatter | None:
     if noise is not None:
         return Scatter.relative(substitution.frf, noise.amplitude, noise.phase)
     if len(substitution.repeats) > 1:

@@ -52,6 +52,8 @@ class Substitution:
         Of ``frf``, NaN where the file has none; None if it has none at all.
     averages
         Of how many the coherence is; None if neither the file nor the user says it.
+    interpolation
+        E |ΔH|² of what is interpolated; None: nothing is.
     """
 
     part: str
@@ -65,6 +67,7 @@ class Substitution:
     repeats: tuple[Frf, ...] = ()
     coherence: FloatArray | None = None
     averages: int | None = None
+    interpolation: FloatArray | None = None
 
 
 def read_substitutions(
@@ -313,6 +316,7 @@ def _resampled(one: Substitution, lines: FloatArray) -> Substitution:
         warnings=(*one.warnings, note),
         repeats=repeats,
         coherence=coherence,
+        interpolation=new.variance,
     )
 
 
