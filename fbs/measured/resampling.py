@@ -47,8 +47,8 @@ class Resampled:
     ----------
     frf : Frf
     error : array, shape (nf,)
-        |ΔH| / max |H| over the FRFs and the lines nearby, from interpolating with every other
-        line; the interpolation with all of them is better.
+        |ΔH| over the largest |H| of that line (each FRF as a share of its peak nearby), from
+        interpolating with every other line; the interpolation with all of them is better.
     variance : array, shape of the FRF's values
         E |ΔH|² of each FRF by the same, the mean over the lines nearby; 0 on the FRF's own lines.
     """
@@ -117,50 +117,61 @@ def overlap(first: FloatArray, second: FloatArray) -> str:
 def _interpolated(
     axis: FloatArray, values: ComplexArray, wanted: FloatArray
 ) -> tuple[ComplexArray, FloatArray, FloatArray]:
-    """Return values at `wanted`, their largest relative error, and the variance of each FRF."""
-    size = np.abs(values).max(axis=0)
-    size = np.where(size > 0, size, 1.0)
-    scaled = values / size
+    """Return values at `wanted`, their largest relative error, and the variance of each FRF.
+
+    Errors count by the size of a line, the largest of its FRFs of peak 1: it grows by powers of
+    ten towards 0 Hz of what is free, and noise with it.
+    """
+    peak = np.abs(values).max(axis=0)
+    peak = np.where(peak > 0, peak, 1.0)
+    scaled = values / peak
+    size = np.abs(scaled).max(axis=1)
+    size = np.maximum(size, np.finfo(float).eps)
     half, rest = slice(0, None, 2), slice(1, axis.size - 1 if axis.size % 2 == 0 else None, 2)
     off, count = np.full(scaled[rest].shape, np.inf), 1
-    for supports, weights in _rationals(axis[half], scaled[half]):
+    for supports, weights in _rationals(axis[half], scaled[half], size[half]):
         left = _evaluated(axis[half][supports], scaled[half][supports], weights, axis[rest])
-        left -= scaled[rest]
+        left = np.abs(left - scaled[rest]) / size[rest, None]
         if not np.linalg.norm(left) < np.linalg.norm(off):
             continue
         off, count = left, len(supports)
         coarse = _evaluated(axis[half][supports], scaled[half][supports], weights, wanted)
-    for supports, weights in _rationals(axis, scaled):
+    for supports, weights in _rationals(axis, scaled, size):
         if len(supports) <= count:
             found = _evaluated(axis[supports], scaled[supports], weights, wanted)
-    apart = np.abs(found - coarse)
-    error = np.maximum(np.abs(off).max(), apart.max(axis=1))
-    variance = np.maximum((np.abs(off) ** 2).mean(axis=0), apart**2)
-    return found * size, error, variance * size**2
+    there = np.exp(np.interp(wanted, axis, np.log(size)))[:, None]
+    apart = np.abs(found - coarse) / there
+    error = np.maximum(off.max(), apart.max(axis=1))
+    variance = np.maximum((off**2).mean(axis=0), apart**2) * (there * peak) ** 2
+    return found * peak, error, variance
 
 
-def _rationals(axis: FloatArray, values: ComplexArray) -> Iterator[tuple[list[int], ComplexArray]]:
+def _rationals(
+    axis: FloatArray, values: ComplexArray, size: FloatArray
+) -> Iterator[tuple[list[int], ComplexArray]]:
     """Yield supports and weights: the line that is worst becomes a support, one after the other."""
-    chosen = [int(np.argmax(np.abs(values - values.mean(axis=0)).max(axis=1)))]
+    typical = np.median(values / size[:, None], axis=0) * size[:, None]
+    chosen = [int(np.argmax(np.abs(values - typical).max(axis=1) / size))]
     weights = np.ones(1, dtype=complex)
     while True:
         yield list(chosen), weights
         if len(chosen) >= min(MOST_SUPPORTS, axis.size // 2):
             return
         rest = np.setdiff1d(np.arange(axis.size), chosen)
-        off = np.abs(
-            _evaluated(axis[chosen], values[chosen], weights, axis[rest]) - values[rest]
-        ).max(axis=1)
-        if off.max() <= GOOD_ENOUGH:
+        off = _evaluated(axis[chosen], values[chosen], weights, axis[rest]) - values[rest]
+        worst = np.abs(off).max(axis=1) / size[rest]
+        if worst.max() <= GOOD_ENOUGH:
             return
-        chosen.append(int(rest[np.argmax(off)]))
-        weights = _weights(axis, values, chosen)
+        chosen.append(int(rest[np.argmax(worst)]))
+        weights = _weights(axis, values, size, chosen)
 
 
-def _weights(axis: FloatArray, values: ComplexArray, chosen: list[int]) -> ComplexArray:
+def _weights(
+    axis: FloatArray, values: ComplexArray, size: FloatArray, chosen: list[int]
+) -> ComplexArray:
     """Return the right singular vector of the stacked Loewner matrices' least singular value."""
     rest = np.setdiff1d(np.arange(axis.size), chosen)
-    cauchy = 1 / (axis[rest, None] - axis[chosen])
+    cauchy = 1 / (axis[rest, None] - axis[chosen]) / size[rest, None]
     loewner = (values[rest, None, :] - values[None, chosen, :]) * cauchy[:, :, None]
     stacked = loewner.transpose(2, 0, 1).reshape(-1, len(chosen))
     gram = np.linalg.qr(stacked, mode="r")  # as small as the weights are many

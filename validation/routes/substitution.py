@@ -302,7 +302,7 @@ def _resampled(one: Substitution, lines: FloatArray) -> Substitution:
     worst = int(np.argmax(new.error))
     note = (
         f"{one.path} ('{one.part}'): interpolated to {lines.size} lines, with an error of up to "
-        f"{new.error[worst]:.2g} of the FRFs' peaks at {lines[worst]:g} Hz"
+        f"{new.error[worst]:.2g} of the largest FRF at {lines[worst]:g} Hz"
     )
     repeats = tuple(resample(other, lines).frf for other in one.repeats)
     coherence = one.coherence
