@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .._kernels.blocks import stretches
 from .._kernels.checks import ComplexArray, FloatArray
 from ..frf import Frf
 from ..second_order_system import SecondOrderSystem, direct_frf
@@ -27,6 +28,9 @@ NOISE = 0.05
 
 FLOOR = 1e-6
 """Of the largest FRF: 120 dB below it nothing is measured."""
+
+LINES = 256
+"""Lines at once: matrices of many DoFs are large."""
 
 STILL = 1e-12
 """Of the largest accelerance: what is below does not move as a rigid body, and is round-off."""
@@ -187,9 +191,15 @@ def rigid_accelerance(
 def reciprocity_defect(frf: Frf, labels: Sequence[str]) -> FloatArray:
     """Return |H_ij − H_ji| / √(h_i h_j), shape (nf, n, n), h the norm of a column of H."""
     values = frf.select(labels, labels).values
-    size = _pair_size(values)
-    difference = np.abs(values - values.transpose(0, 2, 1))
-    defect: FloatArray = np.divide(difference, size, out=np.zeros_like(difference), where=size > 0)
+    norms = np.linalg.norm(values, axis=2)
+    largest = np.max([norms * column[:, None] for column in norms.T], axis=1)
+    least = FLOOR * np.sqrt(largest)
+    defect = np.zeros(values.shape)
+    for lines in stretches(len(values), LINES):
+        size = np.sqrt(norms[lines, :, None] * norms[lines, None, :])
+        size = np.maximum(size, least)
+        difference = np.abs(values[lines] - values[lines].transpose(0, 2, 1))
+        np.divide(difference, size, out=defect[lines], where=size > 0)
     return defect
 
 
@@ -201,12 +211,15 @@ def passivity_defect(frf: Frf, labels: Sequence[str]) -> FloatArray:
     """
     mobility = frf.to("mobility").select(labels, labels).values
     scale = 1 / np.sqrt(_drive_size(mobility))
-    scaled = mobility * scale[:, :, None] * scale[:, None, :]
-    hermitian = (scaled + scaled.conj().transpose(0, 2, 1)) / 2
-    given_out = np.maximum(-np.linalg.eigvalsh(hermitian)[:, 0], 0)
-    active = given_out > 0
-    given_out[active] /= np.linalg.norm(scaled[active], ord=2, axis=(1, 2))
-    return np.asarray(given_out, dtype=float)
+    defect = np.empty(len(mobility))
+    for lines in stretches(len(mobility), LINES):
+        scaled = mobility[lines] * scale[lines, :, None] * scale[lines, None, :]
+        hermitian = (scaled + scaled.conj().transpose(0, 2, 1)) / 2
+        given_out = np.maximum(-np.linalg.eigvalsh(hermitian)[:, 0], 0)
+        active = given_out > 0
+        given_out[active] /= np.linalg.norm(scaled[active], ord=2, axis=(1, 2))
+        defect[lines] = given_out
+    return defect
 
 
 # --- parts -------------------------------------------------------------------------------------
@@ -215,12 +228,6 @@ def passivity_defect(frf: Frf, labels: Sequence[str]) -> FloatArray:
 def _drive_size(values: ComplexArray) -> FloatArray:
     size = np.abs(np.diagonal(values, axis1=1, axis2=2))
     return np.asarray(np.maximum(size, FLOOR * size.max(axis=0)) + np.finfo(float).tiny)
-
-
-def _pair_size(values: ComplexArray) -> FloatArray:
-    norms = np.linalg.norm(values, axis=2)
-    size = np.sqrt(norms[:, :, None] * norms[:, None, :])
-    return np.asarray(np.maximum(size, FLOOR * size.max(axis=0)))
 
 
 def _defect(
