@@ -38,6 +38,28 @@ Groups = Mapping[Node, tuple[Node, float]]
 
 
 @dataclass(frozen=True, eq=False)
+class Interface:
+    """What is joined, and how: for what follows from the coupling besides the FRFs.
+
+    Parameters
+    ----------
+    layout : Layout
+        Of the responses and excitations.
+    frfs : mapping of str to complex array, shape (n_response, n_excitation, nf)
+        Of the substructures.
+    ends : mapping of str to list of End
+        Entries of B in each.
+    inverse : complex array, shape (n_joint, n_joint, nf)
+        (B Y B^T + Z^-1)^-1.
+    """
+
+    layout: Layout
+    frfs: Mapping[str, ComplexArray]
+    ends: Mapping[str, list[End]]
+    inverse: ComplexArray
+
+
+@dataclass(frozen=True, eq=False)
 class CoupledFrf:
     """What `couple` returns.
 
@@ -121,6 +143,16 @@ def couple(
         A rigid joint that follows from the others.
     AmbiguousDofError, UnknownDofError, AxisMismatchError, QuantityMismatchError
     """
+    return coupled(substructures, joints, responses, excitations)[0]
+
+
+def coupled(
+    substructures: Mapping[str, Frf],
+    joints: Sequence[AnyJoint],
+    responses: Iterable[str] | None = None,
+    excitations: Iterable[str] | None = None,
+) -> tuple[CoupledFrf, Interface]:
+    """Couple, and return the interface too; see `couple`."""
     axis, quantity = _common_axis(substructures)
     given, joints = tuple(joints), rows_of(joints)
     for joint in joints:
@@ -130,7 +162,7 @@ def couple(
         rigid_groups(joints),
     )
     layout = Layout.of(substructures, responses, excitations)
-    interface = _Interface(
+    interface = _Kernels(
         {name: frf.values.transpose(1, 2, 0) for name, frf in substructures.items()},
         {name: _ends(name, frf, joints) for name, frf in substructures.items()},
         joints,
@@ -158,7 +190,8 @@ def couple(
         finite,
         origin,
     )
-    return CoupledFrf(frf, sealed(kernel.condition), given)
+    known = Interface(layout, interface.frfs, interface.ends, kernel.inverse)
+    return CoupledFrf(frf, sealed(kernel.condition), given), known
 
 
 def _origin(
@@ -306,7 +339,7 @@ class _Kernel:
 
 
 @dataclass(frozen=True, eq=False)
-class _Interface:
+class _Kernels:
     """Substructures' FRFs (n_response, n_excitation, nf), and the ends of the joints in each."""
 
     frfs: dict[str, ComplexArray]

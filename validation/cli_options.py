@@ -52,6 +52,13 @@ Df = Annotated[
     float | None,
     typer.Option(help="Step, Hz (default: 1 Hz; coarser if there are many lines or FRFs)."),
 ]
+InTime = Annotated[
+    bool | None,
+    typer.Option(
+        "--time/--no-time",
+        help="Integrate a multisine in time as well (default: up to 60 DoFs, no parts from files).",
+    ),
+]
 Workers = Annotated[
     int | None, typer.Option(min=1, help="Processes (default: by how much there is to compute).")
 ]
@@ -63,13 +70,6 @@ Executor = Annotated[
 ]
 
 # crosscheck run
-InTime = Annotated[
-    bool | None,
-    typer.Option(
-        "--time/--no-time",
-        help="Integrate a multisine in time as well (default: up to 60 DoFs, no parts from files).",
-    ),
-]
 WithExplorer = Annotated[
     bool, typer.Option("--explore", help="Write explore.html too, linked from the report.")
 ]
@@ -151,6 +151,24 @@ FileNoise = Annotated[
         metavar="1%,1deg",
         help="Of the files' FRFs, one standard deviation: bands of the FRFs (default: the scatter "
         "of a file's runs).",
+    ),
+]
+FileSamples = Annotated[
+    int,
+    typer.Option(
+        "--samples",
+        metavar="N",
+        help="Find the bands by N repetitions with errors drawn, where first order tells too "
+        "little (default: to first order).",
+    ),
+]
+FileAverages = Annotated[
+    int | None,
+    typer.Option(
+        "--averages",
+        metavar="N",
+        help="Of how many averages the files' coherences are, one excitation at a time: bands of "
+        "the FRFs (default: what the files say).",
     ),
 ]
 Estimator = Annotated[str, typer.Option(help="H1, H2 or Hv.")]

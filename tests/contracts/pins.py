@@ -105,7 +105,7 @@ PINS: Mapping[str, Pin] = {
         (
             "frf {soft} --stage pair --response all --excitation all"
             " --fmin 40 --fmax 4000 --df 40 --output {aside}/soft.npz",
-            "run {models}/pair.toml --replace pair={aside}/soft.npz --out {out}",
+            "run {models}/pair.toml --replace pair={aside}/soft.npz --noise 1%,1deg --out {out}",
         )
     ),
     "modes": Pin(("modes {models}/pair.toml --torque 100 --json",), printed=json_lines),

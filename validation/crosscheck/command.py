@@ -9,7 +9,7 @@ from pathlib import Path
 from mbs_models.modal.mode_kinds import label_inertias
 from mbs_models.model.model_file import load
 
-from ..checks.part_uncertainty import Noise
+from ..checks.part_uncertainty import Noise, require_errors
 from ..explorer.plots import PAGE as EXPLORER
 from ..explorer.plots import require_library
 from ..report.command import run_study
@@ -35,6 +35,7 @@ def run_command(
     replace: Sequence[str] = (),
     options: FileOptions = NOTHING_SAID,
     noise: Noise | None = None,
+    repetitions: int = 0,
     in_time: bool | None = None,
     explore: bool = False,
 ) -> CrossCheck:
@@ -50,6 +51,7 @@ def run_command(
     drivetrain = load(model)
     n_dofs = len(label_inertias(drivetrain))
     files = read_substitutions(drivetrain, replace, fmin, fmax, df, options)
+    require_errors(repetitions, files, noise)
     lines = Band.of(files[0].frf.frequency) if files else band(fmin, fmax, df, n_dofs**2)
     require_memory(lines, run_bytes(drivetrain), "the report's curves")
     if in_time is None:
@@ -67,6 +69,7 @@ def run_command(
             progress=progress,
             substitutions=files,
             noise=noise,
+            repetitions=repetitions,
             in_time=in_time,
         )
         return with_explorer(result) if explore else result

@@ -45,6 +45,7 @@ from .figures import (
 )
 from .heat_map import heat_map
 from .model_sections import drawing_section, energy_section, resonance_sections, shapes_section
+from .quality_section import quality_section
 from .result import ARRAYS, CrossCheck
 from .substitution_section import substitution_section
 
@@ -115,9 +116,8 @@ def report_page(result: CrossCheck) -> Page:
     ]
     if result.substitution is not None:
         changes = result.substitution
-        sections.insert(
-            0, substitution_section(drivetrain, changes, result.frequency, result.reference)
-        )
+        swap = substitution_section(drivetrain, changes, result.frequency, result.reference)
+        sections[:0] = [swap, quality_section(changes)]
     return Page(
         eyebrow="Drivetrain cross-check",
         heading=drivetrain.name,

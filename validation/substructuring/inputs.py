@@ -14,15 +14,15 @@ from fbs import FbsError, Frf, StiffnessTable
 from fbs.axes import require_same_frequency
 from fbs.files.channel_map import channels_of
 from fbs.files.measurement import few
-from fbs.measured.quality import defects
+from fbs.measured.quality import quality
 from fbs.measured.resampling import overlap
 from fbs.measured.uncertainty import Scatter
 
 from ..checks.part_uncertainty import Noise
 from ..errors import CommandError, require_frequencies
-from ..inspection.measured_file import describe
 from ..routes import frf_input
 from ..routes.frf_input import FileOptions
+from ..routes.substitution_checks import describe
 
 Pair = tuple[str, str]
 
@@ -129,11 +129,11 @@ def _read(
             one.band(low, math.inf if fmax is None else fmax).to("receptance")
             for one in (found.frf, *found.repeats)
         )
-    quality = tuple(describe(defect, frf.frequency) for defect in defects(frf))
+    doubts = tuple(describe(defect, frf.frequency) for defect in quality(frf).defects)
     notes = list(found.notes)
     if found.frf.frequency[0] == 0.0:
         notes.append("its line at 0 Hz is left out: what is free to move has no FRF there")
-    return Part(name, path, frf, quality, tuple(notes), tuple(repeats))
+    return Part(name, path, frf, doubts, tuple(notes), tuple(repeats))
 
 
 def parse_pairs(option: str, given: Sequence[str] | None) -> tuple[Pair, ...]:
