@@ -137,7 +137,10 @@ class BoundedFrf:
         bounds = np.empty((n_rows, n_columns, self.kernel.size))
         for i in range(n_rows):
             for j in range(n_columns):
-                bounds[i, j] = self._truncation(i, j) + self._round_off(i, j)
+                if self._better.symmetric and j < i:
+                    bounds[i, j] = bounds[j, i]
+                else:
+                    bounds[i, j] = self._truncation(i, j) + self._round_off(i, j)
         return read_only(bounds.transpose(2, 0, 1))
 
     def of(self, frf: Frf) -> FloatArray:

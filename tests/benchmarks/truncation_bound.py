@@ -15,8 +15,8 @@ from __future__ import annotations
 import itertools
 import sys
 import time
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -37,40 +37,70 @@ from tests.random_drivetrains import DAMPINGS, Trial, Whole, random_parts
 from validation.routes.source import equations_source
 
 LINES, DOFS = 200, 12
+LEVELS = (0.5, 0.95, 0.99)
+SAID = 500  # drivetrains after which the figures are printed
 SMALL, TOLERANCE = 50, 0.1
+
+
+@dataclass
+class Tally:
+    """Violations, lines by reason, and how many bounds are so many times the error.
+
+    Ratios are counted in classes that are 0.5 % wide: all of them would take gigabytes.
+    """
+
+    edges: np.ndarray = field(default_factory=lambda: np.geomspace(0.1, 1e15, 7370))
+    counts: dict[str, np.ndarray] = field(default_factory=dict)
+    reasons: np.ndarray = field(default_factory=lambda: np.zeros(len(Reason), int))
+    violations: int = 0
+    values: int = 0
+
+    def add(self, trial: Trial) -> int:
+        """Hold a drivetrain's bounds against its errors; return the violations."""
+        found = trial.bounded()
+        error = np.abs(found.frf.values - trial.exact).astype(float)
+        beyond = int((error > found.bound).sum())
+        round_off = np.empty_like(error)
+        for (i, one), (j, other) in itertools.product(enumerate(trial.labels), repeat=2):
+            round_off[:, i, j] = found.round_off(one, other)
+        told = (found.reason == 0)[:, None, None] & (error > round_off)
+        ratio = (found.bound[told] / error[told]).clip(max=self.edges[-1])
+        own = self.counts.setdefault(trial.parts.damping, np.zeros(self.edges.size - 1, int))
+        own += np.histogram(ratio, self.edges)[0]
+        self.violations += beyond
+        self.values += error.size
+        self.reasons += np.bincount(found.reason, minlength=len(Reason))
+        return beyond
+
+    def lines(self) -> Iterator[str]:
+        """Say what was found."""
+        yield "lines: " + ", ".join(
+            f"{r.name} {n}" for r, n in zip(Reason, self.reasons, strict=True)
+        )
+        every = {kind: self.counts[kind] for kind in DAMPINGS if kind in self.counts}
+        for kind, counts in {**every, "all": sum(every.values())}.items():
+            share = np.cumsum(counts) / max(1, counts.sum())
+            middle, high, most = (self.edges[1 + np.searchsorted(share, q)] for q in LEVELS)
+            yield (
+                f"{kind:10} bound / error where above round-off ({counts.sum()}): median "
+                f"{middle:.3f}, 95 % below {high:.3g}, 99 % below {most:.3g}"
+            )
 
 
 def bounds(count: int, first: int) -> None:
     """Print violations, and how far bounds are from the errors."""
-    ratios: dict[str, list[np.ndarray]] = {kind: [] for kind in DAMPINGS}
-    reasons = np.zeros(len(Reason), int)
-    violations = values = 0
-    start = time.process_time()
-    for seed in range(first, first + count):
+    tally, start = Tally(), time.process_time()
+    for done, seed in enumerate(range(first, first + count), start=1):
         trial = Trial.of(np.random.default_rng(seed), LINES, DOFS)
-        found = trial.bounded()
-        error = np.abs(found.frf.values - trial.exact).astype(float)
-        beyond = error > found.bound
-        if beyond.any():
-            print(f"seed {seed}: {beyond.sum()} violations, {trial.parts.damping}", flush=True)
-        violations += int(beyond.sum())
-        values += error.size
-        reasons += np.bincount(found.reason, minlength=len(Reason))
-        round_off = np.array(
-            [[found.round_off(i, j) for j in trial.labels] for i in trial.labels]
-        ).transpose(2, 0, 1)
-        told = (found.reason == 0)[:, None, None] & (error > round_off)
-        ratios[trial.parts.damping].append((found.bound[told] / error[told]).astype(np.float32))
-    seconds = time.process_time() - start
-    print(f"{count} drivetrains, {values} values, {seconds:.0f} s: {violations} violations")
-    print("lines: " + ", ".join(f"{r.name} {n}" for r, n in zip(Reason, reasons, strict=True)))
-    for kind, found_ratios in {**ratios, "all": list(itertools.chain(*ratios.values()))}.items():
-        ratio = np.concatenate([*found_ratios, np.zeros(0, np.float32)])
-        if ratio.size:
-            middle, high, most = np.percentile(ratio, [50, 95, 99])
+        beyond = tally.add(trial)
+        if beyond:
+            print(f"seed {seed}: {beyond} violations, {trial.parts.damping}", flush=True)
+        if done % SAID == 0 or done == count:
             print(
-                f"{kind:10} bound / error where above round-off ({ratio.size}): median "
-                f"{middle:.5f}, 95 % below {high:.3g}, 99 % below {most:.3g}"
+                f"{done} drivetrains from seed {first}, {tally.values} values, "
+                f"{time.process_time() - start:.0f} s: {tally.violations} violations\n"
+                + "\n".join(tally.lines()),
+                flush=True,
             )
 
 
