@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -22,7 +22,7 @@ from .modal_synthesis import modal_frf
 from .modal_truncation import TruncatedModes, truncate
 from .second_order_system import SecondOrderSystem
 from .truncation_bound import Ends, PartLines, given_part, no_guarantee, rayleigh_part
-from .undamped_modes import RealModes, Selection
+from .undamped_modes import RealModes, Selection, require_own
 from .viscous_bound import viscous_part
 
 
@@ -34,10 +34,18 @@ class TruncatedPart:
     ----------
     system : SecondOrderSystem
     modes : TruncatedModes
+
+    Raises
+    ------
+    AxisMismatchError
+        Modes of another system.
     """
 
     system: SecondOrderSystem
     modes: TruncatedModes
+
+    def __post_init__(self) -> None:
+        require_own(self.system, self.modes.kept)
 
     @classmethod
     def of(
@@ -182,13 +190,26 @@ class Assembly:
         lines = {name: _on_lines(name, parts[name], axis, own) for name, own in used.items()}
         return cls(axis, tuple(joints), lines, used, (rows, columns))
 
-    def place(self, response: int, excitation: int) -> tuple[str, int, int] | None:
-        """Return the part that has both, and where; None if they are of different parts."""
-        for name, ports in self.ports.items():
-            rows, columns = dict(ports.responses), dict(ports.excitations)
-            if response in rows and excitation in columns:
-                return name, rows[response], columns[excitation]
-        return None
+    @cached_property
+    def responding(self) -> dict[int, tuple[str, int]]:
+        """Of each response its part, and which of this part's responses it is."""
+        return {
+            place: (name, at)
+            for name, ports in self.ports.items()
+            for at, (place, _) in enumerate(ports.responses)
+        }
+
+    def known(self, response: int, excitations: range) -> Iterator[tuple[int, ComplexArray]]:
+        """Which of some excitations stand on the response's part, and what it is known to lack."""
+        name, at = self.responding.get(response, ("", 0))
+        missing = self.parts[name].missing if name else None
+        if missing is None:
+            return
+        ports = self.ports[name]
+        own = [(place, column) for place, column in ports.excitations if place in excitations]
+        found = missing.known([ports.responses[at][1]], [column for _, column in own])
+        for (place, _), entry in zip(own, found[0], strict=True):
+            yield place, entry
 
 
 @dataclass(frozen=True, eq=False)
@@ -247,41 +268,49 @@ class Coupled:
         return cls(assembly, better, unscaled, scale)
 
     @cached_property
-    def forces(self) -> ComplexArray:
-        """Joint forces per unit force at the excitations, G B Y, (n_joint, n_excitation, nf)."""
-        excited = np.zeros(
-            (len(self.scale), len(self.assembly.labels[1]), self.scale.shape[1]), complex
-        )
+    def ends(self) -> Mapping[str, tuple[ComplexArray, ComplexArray]]:
+        """Of each part B Y at its excitations and Y B^T at its responses, (n_end, n, nf)."""
+        found = {}
         for name, part in self.assembly.parts.items():
             ports = self.assembly.ports[name]
-            rows, signs = ports.row_ends
-            found = part.between(rows, [at for _, at in ports.excitations], self.better)
-            for joint, sign, row in zip(ports.joints, signs, found, strict=True):
-                for (place, _), entry in zip(ports.excitations, row, strict=True):
-                    excited[joint, place] += sign * entry
-        return product(self.inverse, excited)
+            (rows, row_signs), (columns, column_signs) = ports.row_ends, ports.column_ends
+            here = part.between(rows, [at for _, at in ports.excitations], self.better)
+            here *= np.array(row_signs)[:, None, None]
+            there = here
+            if not self.symmetric:
+                there = part.between([at for _, at in ports.responses], columns, self.better)
+                there = there.swapaxes(0, 1) * np.array(column_signs)[:, None, None]
+            found[name] = here, there
+        return found
 
     @cached_property
-    def responds(self) -> ComplexArray:
-        """Responses per unit joint force, Y B^T, shape (n_response, n_joint, nf)."""
-        responds = np.zeros(
-            (len(self.assembly.labels[0]), len(self.scale), self.scale.shape[1]), complex
-        )
-        for name, part in self.assembly.parts.items():
+    def forces(self) -> ComplexArray:
+        """Joint forces per unit force at the excitations, G B Y, (n_joint, n_excitation, nf)."""
+        total = np.zeros((len(self.scale), len(self.assembly.labels[1]), self.axis.size), complex)
+        for name, (here, _) in self.ends.items():
             ports = self.assembly.ports[name]
-            columns, signs = ports.column_ends
-            found = part.between([at for _, at in ports.responses], columns, self.better)
-            for (place, _), row in zip(ports.responses, found, strict=True):
-                for joint, sign, entry in zip(ports.joints, signs, row, strict=True):
-                    responds[place, joint] += sign * entry
-        return responds
+            places = [place for place, _ in ports.excitations]
+            for row, gains in zip(total, self.inverse[:, ports.joints], strict=True):
+                row[places] = _summed(gains, here)
+        return total
 
     @cached_property
     def reactions(self) -> ComplexArray:
         """Joint forces per unit force at the responses, reciprocally, as `forces`."""
-        return (
-            self.forces if self.symmetric else product(self.responds, self.inverse).swapaxes(0, 1)
-        )
+        if self.symmetric:
+            return self.forces
+        total = np.zeros((len(self.scale), len(self.assembly.labels[0]), self.axis.size), complex)
+        for name, (_, there) in self.ends.items():
+            ports = self.assembly.ports[name]
+            places = [place for place, _ in ports.responses]
+            for k, row in enumerate(total):
+                row[places] = _summed(self.inverse[list(ports.joints), k], there)
+        return total
+
+    @property
+    def axis(self) -> FloatArray:
+        """Lines, Hz."""
+        return self.assembly.axis
 
     @property
     def symmetric(self) -> bool:
@@ -289,19 +318,21 @@ class Coupled:
         same = self.assembly.labels[0] == self.assembly.labels[1]
         return same and all(part.missing is not None for part in self.assembly.parts.values())
 
-    def passed(self, response: int, excitation: int) -> ComplexArray:
-        """Return Y B^T G B Y between two labels, shape (nf,)."""
-        total = np.zeros(self.scale.shape[1], complex)
-        for left, right in zip(self.responds[response], self.forces[:, excitation], strict=True):
-            total += left * right
-        return total
+    def passed(self, response: int, excitations: range) -> ComplexArray:
+        """Return Y B^T G B Y between a label and some in a row, (n, nf)."""
+        some = slice(excitations.start, excitations.stop)
+        name, at = self.assembly.responding.get(response, ("", 0))
+        if not name:
+            return np.zeros((len(excitations), self.axis.size), complex)
+        forces = self.forces[list(self.assembly.ports[name].joints), some]
+        return _summed(self.ends[name][1][:, at], forces)
 
 
-def product(left: ComplexArray, right: ComplexArray) -> ComplexArray:
-    """Multiply matrices whose last axis is frequency."""
-    total = np.zeros((left.shape[0], *right.shape[1:]), complex)
-    for k in range(len(right)):
-        total += left[:, k, None] * right[k]
+def _summed(gains: ComplexArray, rows: ComplexArray) -> ComplexArray:
+    """Return sum_k gains_k rows_k of gains (n, nf) and rows (n, nf) or (n, m, nf)."""
+    total = np.zeros(rows.shape[1:], complex)
+    for gain, row in zip(gains, rows, strict=True):
+        total += gain * row
     return total
 
 

@@ -60,7 +60,7 @@ Round-off
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -68,9 +68,10 @@ from numpy.typing import NDArray
 
 from ._kernels.checks import ComplexArray, FloatArray
 from ._kernels.elimination import EPS
+from ._systems import Target
 from .damped_modes import modal_damping
-from .frf import Frf
-from .modal_synthesis import modal_frf
+from .frf import Frf, Quantity
+from .modal_synthesis import real_sum
 from .modal_truncation import LeftOut, TruncatedModes
 from .second_order_system import SecondOrderSystem
 
@@ -242,13 +243,17 @@ def rayleigh_part(
     index, factor = system.locate(ports)
     heard = moving(left_out.shapes, index)
     left, squares = left_out.shapes[:, heard], left_out.squares[heard]
-    # where the series diverges the bound says so, and of silent modes it is none
-    unlimited = replace(modes, series_limit=np.inf)
-    frf = modal_frf(system, axis, ports, ports, modes=unlimited)
+    kept = modes.kept
+    friction = np.diag(modal_damping(kept, system.damping))
+    target = Target.of(system, axis, ports, ports, Quantity.RECEPTANCE)
+    # where the series of residuals diverges the bound says so, and of silent modes it is none
+    frf = real_sum(kept, friction, modes.residuals, system, target)
     omega, (alpha, beta) = frf.omega, coefficients
     mu, v = 1 + 1j * (system.loss_factor + omega * beta), omega**2 - 1j * omega * alpha
     order = len(modes.residuals)
-    power = (v / mu) ** order
+    power = np.ones_like(v)
+    for _ in range(order):
+        power *= v / mu
     longest = float(squares.max(initial=0.0)) * SURE
     weighted = left[index] * factor[:, None] * squares ** (order / 2)
     middle = enclosed(mu, v, longest)
@@ -257,13 +262,12 @@ def rayleigh_part(
         np.where(np.isfinite(middle.radius), middle.radius * np.abs(power), np.inf),
         np.linalg.qr(weighted.T)[1],
     )
-    kept = modes.kept
     loads = np.abs(kept.shapes[index] * factor[:, None]) * _loads(system, kept.shapes)
     of_left = (np.abs(left[index] * factor[:, None]) * _loads(system, left)).sum(axis=2)
-    square, friction = kept.angular_frequency**2, np.diag(modal_damping(kept, system.damping))
-    distance = np.hypot(
-        square[:, None] - omega**2, friction[:, None] * omega + system.loss_factor * square[:, None]
-    )
+    square = kept.angular_frequency**2
+    stiff, loss = square[:, None] - omega**2, friction[:, None] * omega
+    loss += system.loss_factor * square[:, None]
+    distance = np.sqrt(stiff * stiff + loss * loss)
     of_stiffness, of_mass = loads @ (1 / distance) + of_left[:, :, None] * middle.largest
     total = np.sqrt(np.abs(mu)) * of_stiffness + np.sqrt(np.abs(v)) * of_mass
     total *= np.sqrt(len(system.dofs) * (4 * EPS + _misfit(system, coefficients)))
@@ -296,30 +300,51 @@ def enclosed(
     mu: NDArray[np.complexfloating], v: NDArray[np.complexfloating], longest: float
 ) -> Enclosure:
     """Enclose g(t) = 1 / (mu - v t), 0 <= t <= `longest`; see the module."""
-    end, size, half = mu - v * longest, np.abs(v), v * longest / 2
-    direction = v / np.where(size > 0, size, 1.0)
-    foot = 1j * (mu * direction.conj()).imag * direction
-    along = (mu * direction.conj()).real  # |v| times the t at which mu - v t is nearest to 0
-    beside = (along > 0) & (along < longest * size)
-    nearest = np.where(beside, np.abs(foot), np.minimum(np.abs(mu), np.abs(end)))
-    whole = (mu * end.conj()).real <= 0  # more than a semicircle
+    half, size = v * (longest / 2), np.abs(v) ** 2
+    towards = (mu * v.conj()).real  # mu - v t is nearest to 0 at t = towards / |v|^2
+    at = np.divide(towards, size, out=np.zeros_like(size), where=size > 0)
+    foot = mu - v * at.clip(0.0, longest)
+    nearest = np.abs(foot)
     lost = nearest == 0
+    end = mu - 2 * half
     root = np.sqrt(mu * end)  # h s
     root *= np.where(((mu - half).conj() * root).real < 0, -1, 1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        chord = np.abs(half) / (np.abs(mu) * np.abs(end))
-        disc = np.where(whole, 1 / (2 * np.abs(foot)), chord)
-        centre = np.where(whole, 1 / (2 * foot), (1 / mu + 1 / end) / 2)
         tau = half / (mu - half + root)  # 1 / (zeta + s)
-        series = 2 / np.abs(root) * np.abs(tau) ** (DEGREE + 1) / (1 - np.abs(tau))
-        better = (np.abs(tau) < 1) & (series < disc)
-        coefficients = np.where(better, 2 / root, 0) * tau ** np.arange(DEGREE + 1)[:, None]
+        decay = np.abs(tau)
+        coefficients = np.empty((DEGREE + 1, v.size), complex)
+        coefficients[0] = 2 / root
+        for k in range(DEGREE):
+            coefficients[k + 1] = coefficients[k] * tau
+        radius = np.abs(coefficients[-1]) * decay / (1 - decay)
+        coefficients[0] /= 2
         largest = 1 / nearest
-    coefficients[0] = np.where(better, coefficients[0] / 2, centre)
-    coefficients[1:, ~better] = 0.0
+        # a disc is half the width |v| t_c / (2 |z_0 z_1|) of the arc at least
+        worse = ~((decay < 1) & (radius <= np.abs(half) / np.abs(root) ** 2))
+    coefficients[:, worse], radius[worse] = _of_disc(
+        (mu[worse], end[worse], foot[worse]), coefficients[:, worse], radius[worse], decay[worse]
+    )
     coefficients[:, lost] = 0.0
-    radius = np.where(lost, np.inf, np.where(better, series, disc))
+    radius[lost] = np.inf
     return Enclosure(coefficients, radius, np.where(lost, 0.0, largest))
+
+
+def _of_disc(
+    segment: tuple[ComplexArray, ComplexArray, ComplexArray],
+    coefficients: ComplexArray,
+    radius: FloatArray,
+    decay: FloatArray,
+) -> tuple[ComplexArray, FloatArray]:
+    """Take the disc where it is smaller; z_0, z_1 and the point between them nearest to 0."""
+    start, end, foot = segment
+    with np.errstate(divide="ignore", invalid="ignore"):
+        whole = (start * end.conj()).real <= 0  # more than a semicircle
+        centre = np.where(whole, 1 / (2 * foot), (1 / start + 1 / end) / 2)
+        disc = np.where(whole, np.abs(centre), np.abs(start - end) / (2 * np.abs(start * end)))
+        better = ~((decay < 1) & (radius < disc))
+    found = np.where(better, 0.0, coefficients)
+    found[0, better] = centre[better]
+    return found, np.where(better, disc, radius)
 
 
 def _moments(weighted: FloatArray, squares: FloatArray, longest: float) -> FloatArray:
