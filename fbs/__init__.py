@@ -34,7 +34,7 @@ from .condensation import (
     condense_dynamic_stiffness,
     condense_free,
 )
-from .coupled_bound import BoundedFrf, Reason, TruncatedPart, bounded_frf
+from .coupled_bound import BoundedFrf, Reason, ReducedPart, TruncatedPart, bounded_frf
 from .coupling import CoupledFrf, couple
 from .damped_modes import ComplexModes, complex_modes
 from .errors import (
@@ -101,6 +101,7 @@ __all__ = [
     "Reason",
     "Record",
     "ReducedFrf",
+    "ReducedPart",
     "ReductionError",
     "SecondOrderSystem",
     "SingularBalanceError",

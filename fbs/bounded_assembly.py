@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -20,6 +20,7 @@ from .frf import Frf, Quantity
 from .joints import Joint, Node
 from .modal_synthesis import modal_frf
 from .modal_truncation import TruncatedModes, truncate
+from .reduced_bound import ReducedPart
 from .second_order_system import SecondOrderSystem
 from .truncation_bound import Ends, PartLines, given_part, no_guarantee, rayleigh_part
 from .undamped_modes import RealModes, Selection, require_own
@@ -75,7 +76,7 @@ class TruncatedPart:
         return no_guarantee(self.system)
 
 
-Part = TruncatedPart | SecondOrderSystem | Frf
+Part = TruncatedPart | ReducedPart | SecondOrderSystem | Frf
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,18 +200,6 @@ class Assembly:
             for at, (place, _) in enumerate(ports.responses)
         }
 
-    def known(self, response: int, excitations: range) -> Iterator[tuple[int, ComplexArray]]:
-        """Which of some excitations stand on the response's part, and what it is known to lack."""
-        name, at = self.responding.get(response, ("", 0))
-        missing = self.parts[name].missing if name else None
-        if missing is None:
-            return
-        ports = self.ports[name]
-        own = [(place, column) for place, column in ports.excitations if place in excitations]
-        found = missing.known([ports.responses[at][1]], [column for _, column in own])
-        for (place, _), entry in zip(own, found[0], strict=True):
-            yield place, entry
-
 
 @dataclass(frozen=True, eq=False)
 class Coupled:
@@ -318,14 +307,21 @@ class Coupled:
         same = self.assembly.labels[0] == self.assembly.labels[1]
         return same and all(part.missing is not None for part in self.assembly.parts.values())
 
-    def passed(self, response: int, excitations: range) -> ComplexArray:
-        """Return Y B^T G B Y between a label and some in a row, (n, nf)."""
-        some = slice(excitations.start, excitations.stop)
+    def frf(self, response: int, excitations: range) -> ComplexArray:
+        """Return the coupled FRFs between a label and some in a row, (n, nf)."""
+        found = np.zeros((len(excitations), self.axis.size), complex)
         name, at = self.assembly.responding.get(response, ("", 0))
         if not name:
-            return np.zeros((len(excitations), self.axis.size), complex)
-        forces = self.forces[list(self.assembly.ports[name].joints), some]
-        return _summed(self.ends[name][1][:, at], forces)
+            return found
+        ports = self.assembly.ports[name]
+        own = [(place, column) for place, column in ports.excitations if place in excitations]
+        row, columns = ports.responses[at][1], [column for _, column in own]
+        entries = self.assembly.parts[name].between([row], columns, self.better)[0]
+        for (place, _), entry in zip(own, entries, strict=True):
+            found[place - excitations.start] = entry
+        forces = self.forces[list(ports.joints), excitations.start : excitations.stop]
+        found -= _summed(self.ends[name][1][:, at], forces)
+        return found
 
 
 def _summed(gains: ComplexArray, rows: ComplexArray) -> ComplexArray:
@@ -340,7 +336,7 @@ def _labels(part: Part) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return responses and excitations."""
     if isinstance(part, Frf):
         return part.responses, part.excitations
-    system = part.system if isinstance(part, TruncatedPart) else part
+    system = part if isinstance(part, SecondOrderSystem) else part.system
     return system.labels, system.labels
 
 
@@ -372,9 +368,14 @@ def _on_lines(name: str, part: Part, axis: FloatArray, ports: Ports) -> PartLine
             )
         require_same_frequency(axis, part.frequency, f"the axis of part {name!r} differs")
         return given_part(part.select(ports.rows, ports.columns))
+    whole = part if isinstance(part, SecondOrderSystem) else part.system
+    coefficients = rayleigh_coefficients(whole)
+    if isinstance(part, ReducedPart):
+        if coefficients is None:
+            return given_part(part.frf(axis, ports.rows), complete=False)
+        return part.lines(coefficients, axis, ports.rows)
     truncated = TruncatedPart.of(part) if isinstance(part, SecondOrderSystem) else part
-    system, modes = truncated.system, truncated.modes
-    left_out, coefficients = modes.left_out, rayleigh_coefficients(system)
+    system, modes, left_out = truncated.system, truncated.modes, truncated.modes.left_out
     if left_out is not None and coefficients is not None:
         return rayleigh_part(system, modes, left_out, coefficients, axis, ports.rows)
     if truncated.no_guarantee is None and left_out is not None:

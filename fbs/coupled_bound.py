@@ -70,8 +70,18 @@ from ._kernels.elimination import EPS
 from .bounded_assembly import Assembly, Coupled, Part, TruncatedPart
 from .frf import Frf, Quantity, computed_frf, require_same_layout
 from .joints import Joint
+from .reduced_bound import ReducedPart
+from .truncation_bound import SURE
 
-__all__ = ["BoundedFrf", "Part", "Reason", "TruncatedPart", "bounded_frf", "decibels"]
+__all__ = [
+    "BoundedFrf",
+    "Part",
+    "Reason",
+    "ReducedPart",
+    "TruncatedPart",
+    "bounded_frf",
+    "decibels",
+]
 
 
 Sides = tuple[FloatArray, FloatArray]
@@ -80,6 +90,10 @@ Sides = tuple[FloatArray, FloatArray]
 
 CACHED = 2**19
 """Bytes of FRFs whose bounds are made at once: what they take stays in the cache."""
+
+
+ROUNDED = 1 + 1e-13
+"""A bound is a sum of positive terms, two a part: eps times their number is below 1e-13."""
 
 
 class Reason(IntEnum):
@@ -112,21 +126,19 @@ class BoundedFrf:
     reason: NDArray[np.int8]
     kernel: FloatArray
     loss: FloatArray
-    _assembly: Assembly
-    _truncated: Coupled
     _better: Coupled
     _unknown: Sides
     _rounding: Sides
 
     def change(self, response: str, excitation: str) -> ComplexArray:
-        """Return Y'_c - Y~_c, what is known of the error; shape (nf,), m/N."""
-        i, j = self._at(response, excitation)
-        return np.asarray(self._change(i, range(j, j + 1))[0])
+        """Return Y'_c - Y~_c, what is known of the error of the numbers in `frf`; (nf,), m/N."""
+        return self._change(*self._at(response, excitation))
 
     def truncation(self, response: str, excitation: str) -> FloatArray:
         """Bound the error of an FRF of `frf`, but for round-off; shape (nf,), m/N."""
         i, j = self._at(response, excitation)
-        return np.asarray(self._bounds(i, range(j, j + 1), self._unknown)[0])
+        unknown = self._shares(i, range(j, j + 1), self._unknown)[0]
+        return np.asarray(_modulus(self._change(i, j)) + unknown)
 
     def round_off(self, response: str, excitation: str) -> FloatArray:
         """Bound what round-off makes of it; shape (nf,), m/N."""
@@ -137,23 +149,25 @@ class BoundedFrf:
     def between(self, response: str, excitation: str) -> FloatArray:
         """Bound the whole error of an FRF of `frf`; infinite where there is no bound."""
         i, j = self._at(response, excitation)
-        return np.asarray(self._bounds(i, range(j, j + 1), self._unknown, self._rounding)[0])
+        shares = self._shares(i, range(j, j + 1), self._unknown, self._rounding)[0]
+        return np.asarray(_modulus(self._change(i, j)) + shares)
 
     @cached_property
     def bound(self) -> FloatArray:
         """The bounds of all FRFs, shape (nf, n_response, n_excitation), m/N."""
-        n_rows, n_columns = len(self.frf.responses), len(self.frf.excitations)
-        bounds = np.empty((n_rows, n_columns, self.kernel.size))
+        values = self.frf.values.transpose(1, 2, 0)
+        bounds, mirrored = np.empty(values.shape), self._better.symmetric
         step = max(1, CACHED // (16 * self.kernel.size))
-        for i in range(n_rows):
-            mirrored = self._better.symmetric
+        for i in range(len(values)):
             first = i if mirrored else 0
-            for some in stretches(n_columns - first, step):
+            for some in stretches(values.shape[1] - first, step):
                 columns = range(first + some.start, first + some.stop)
-                found = self._bounds(i, columns, self._unknown, self._rounding)
-                bounds[i, columns.start : columns.stop] = found
+                at = slice(columns.start, columns.stop)
+                better = self._better.frf(i, columns)
+                shares = self._shares(i, columns, self._unknown, self._rounding)
+                bounds[i, at] = _modulus(better - values[i, at]) + shares
                 if mirrored:
-                    bounds[columns.start : columns.stop, i] = found
+                    bounds[at, i] = _modulus(better - values[at, i]) + shares
         return read_only(bounds.transpose(2, 0, 1))
 
     def of(self, frf: Frf) -> FloatArray:
@@ -175,21 +189,19 @@ class BoundedFrf:
         i = positions([response], self.frf.responses, "the FRF's responses")[0]
         return i, positions([excitation], self.frf.excitations, "the FRF's excitations")[0]
 
-    def _change(self, i: int, columns: range) -> ComplexArray:
-        change = self._truncated.passed(i, columns)
-        change -= self._better.passed(i, columns)
-        for j, known in self._assembly.known(i, columns):
-            change[j - columns.start] += known
-        return change
+    def _change(self, i: int, j: int) -> ComplexArray:
+        better = self._better.frf(i, range(j, j + 1))[0]
+        return np.asarray(better - self.frf.values[:, i, j])
 
-    def _bounds(self, i: int, columns: range, *shares: Sides) -> FloatArray:
-        """Return |change| and shares of some excitations in a row, shape (n, nf)."""
-        change = self._change(i, columns)
-        total = np.sqrt(change.real**2 + change.imag**2)
-        for sides in shares:
-            total += _products(sides, i, slice(columns.start, columns.stop))
-        total[:, self.reason > 0] = np.inf
-        return total
+    def _shares(self, i: int, columns: range, *shares: Sides) -> FloatArray:
+        """Add up shares for some excitations in a row, shape (n, nf); infinite without a bound."""
+        some = slice(columns.start, columns.stop)
+        total = sum((_products(sides, i, some) for sides in shares), np.zeros(self.kernel.size))
+        return np.where(self.reason > 0, np.inf, total * ROUNDED)
+
+
+def _modulus(values: ComplexArray) -> FloatArray:
+    return np.asarray(np.sqrt(values.real**2 + values.imag**2) * ROUNDED)
 
 
 def _products(sides: Sides, i: int, columns: slice) -> FloatArray:
@@ -216,7 +228,7 @@ def bounded_frf(
 
     Parameters
     ----------
-    parts : mapping of str to TruncatedPart, SecondOrderSystem or Frf
+    parts : mapping of str to TruncatedPart, ReducedPart, SecondOrderSystem or Frf
         Systems are complete; FRFs are receptances on the same lines, and taken as they are.
     joints : sequence of Joint
         As for `couple`; none: a part's own FRFs.
@@ -241,7 +253,7 @@ def bounded_frf(
     with one_blas_thread():
         assembly = Assembly.of(parts, joints, axis, rows, columns)
         truncated, better = (Coupled.of(assembly, better) for better in (False, True))
-        kernel = _kernel_norm(assembly, better)
+        kernel = _kernel_norm(assembly, better) * SURE
         rounding, loss = _round_off(assembly, better)
         reason = np.zeros(axis.size, np.int8)
         reason[~(kernel < 1)] = Reason.JOINTS
@@ -253,7 +265,7 @@ def bounded_frf(
         frf = _coupled_frf(assembly, truncated)
     return BoundedFrf(
         frf, read_only(reason), read_only(kernel), read_only(loss),
-        assembly, truncated, better, unknown, rounding,
+        better, unknown, rounding,
     )  # fmt: skip
 
 

@@ -110,6 +110,11 @@ class Missing:
     radius: FloatArray
     vectors: NDArray[np.inexact]
 
+    @classmethod
+    def given(cls, known: ComplexArray, radius: FloatArray, vectors: ComplexArray) -> Missing:
+        """Take what is known as it is, shape (n_port, n_port, nf)."""
+        return cls(lambda rows, columns: np.asarray(known[np.ix_(rows, columns)]), radius, vectors)
+
     @property
     def finite_radius(self) -> FloatArray:
         """rho, 0 where it is infinite."""
@@ -262,15 +267,15 @@ def rayleigh_part(
         np.where(np.isfinite(middle.radius), middle.radius * np.abs(power), np.inf),
         np.linalg.qr(weighted.T)[1],
     )
-    loads = np.abs(kept.shapes[index] * factor[:, None]) * _loads(system, kept.shapes)
-    of_left = (np.abs(left[index] * factor[:, None]) * _loads(system, left)).sum(axis=2)
+    of_kept = np.abs(kept.shapes[index] * factor[:, None]) * loads(system, kept.shapes)[:, None]
+    of_left = (np.abs(left[index] * factor[:, None]) * loads(system, left)[:, None]).sum(axis=2)
     square = kept.angular_frequency**2
     stiff, loss = square[:, None] - omega**2, friction[:, None] * omega
     loss += system.loss_factor * square[:, None]
     distance = np.sqrt(stiff * stiff + loss * loss)
-    of_stiffness, of_mass = loads @ (1 / distance) + of_left[:, :, None] * middle.largest
+    of_stiffness, of_mass = of_kept @ (1 / distance) + of_left[:, :, None] * middle.largest
     total = np.sqrt(np.abs(mu)) * of_stiffness + np.sqrt(np.abs(v)) * of_mass
-    total *= np.sqrt(len(system.dofs) * (4 * EPS + _misfit(system, coefficients)))
+    total *= np.sqrt(len(system.dofs) * (4 * EPS + misfit(system, coefficients)))
     return PartLines(frf, (total, total), missing)
 
 
@@ -373,19 +378,24 @@ def real_product(matrix: FloatArray, vectors: ComplexArray) -> ComplexArray:
     return np.asarray((matrix @ flat).view(complex)).reshape(len(matrix), *shape)
 
 
+def bilinear(left: ComplexArray, right: ComplexArray) -> ComplexArray:
+    """Return a_i^T b_j, shape (n, n, nf), of vectors (m, n, nf)."""
+    return np.asarray(np.einsum("mif,mjf->ijf", left, right))
+
+
 def moving(shapes: FloatArray, index: Sequence[int]) -> NDArray[np.bool_]:
     """Whether each mode (column) moves one of some DoFs by more than round-off of its shape."""
     limit = 16 * len(shapes) * EPS * np.abs(shapes).max(axis=0, initial=0.0)
     return np.asarray(np.abs(shapes[index]).max(axis=0, initial=0.0) > limit)
 
 
-def _loads(system: SecondOrderSystem, shapes: FloatArray) -> FloatArray:
-    """Return || diag(K)^(1/2) phi || and || diag(M)^(1/2) phi ||, shape (2, 1, n)."""
+def loads(system: SecondOrderSystem, shapes: FloatArray) -> FloatArray:
+    """Return || diag(K)^(1/2) phi || and || diag(M)^(1/2) phi ||, shape (2, n)."""
     weights = np.array([np.diag(system.stiffness), np.diag(system.mass)])
-    return np.asarray(np.sqrt(weights @ shapes**2)[:, None])
+    return np.asarray(np.sqrt(weights @ shapes**2))
 
 
-def _misfit(system: SecondOrderSystem, coefficients: tuple[float, float]) -> float:
+def misfit(system: SecondOrderSystem, coefficients: tuple[float, float]) -> float:
     """Return the largest |C - alpha M - beta K| / sqrt(C_ii C_jj)."""
     alpha, beta = coefficients
     root = np.sqrt(np.abs(np.diag(system.damping)))
