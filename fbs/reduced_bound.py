@@ -34,6 +34,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, eigh
 
 from ._kernels.checks import ComplexArray, FloatArray
@@ -212,6 +213,8 @@ class ReducedPart:
         return PartLines(frf, (total, total), Missing.given(known, radius, of_left))
 
 
-def _dynamic(modes: RealModes, mu: ComplexArray, v: ComplexArray) -> ComplexArray:
+def _dynamic(
+    modes: RealModes, mu: NDArray[np.complexfloating], v: NDArray[np.complexfloating]
+) -> ComplexArray:
     """Return mu w_r^2 - v, shape (n, nf)."""
     return np.asarray(mu * (modes.angular_frequency**2)[:, None] - v)
