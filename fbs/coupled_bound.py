@@ -214,7 +214,7 @@ def decibels(bound: FloatArray, modulus: FloatArray) -> FloatArray:
     share = np.divide(bound, modulus, out=np.full_like(bound, np.inf), where=modulus > 0)
     share[(bound == 0) & (modulus == 0)] = 0.0
     with np.errstate(divide="ignore"):
-        return np.asarray(-20 * np.log10(1 - share.clip(max=1.0)))
+        return np.asarray(-20 * np.log10(1 - share.clip(max=1.0)) + 0.0)  # no -0
 
 
 def bounded_frf(

@@ -347,6 +347,10 @@ def test_smallest_basis_says_what_no_basis_reaches() -> None:
     systems, joints, pairs, axis = small_problem()
     found = smallest_basis(systems, joints, pairs, axis, 1e-13)
     assert found.unreachable.all()
+    assert np.isinf(found.error)
+    complete = bounded_frf(systems, joints, axis, ["a0", "b4"], ["a0"])
+    for pair in pairs:  # as good as round-off lets them be, and no worse
+        assert (found.bounded.between(*pair) <= 2 * complete.between(*pair)).all()
     with pytest.raises(FbsError, match="no FRFs are asked for"):
         smallest_basis(systems, joints, [], axis, 0.1)
     with pytest.raises(FbsError, match="a scaled error must be above 0 and below 1: 2"):
