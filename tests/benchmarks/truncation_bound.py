@@ -5,8 +5,8 @@
 Random drivetrains of 1 to 5 stages, 2 to 7 planets, every kind of damping, hubs from nearly
 massless to heavy, cut anywhere, on 200 lines of which a third lie beside natural frequencies, with
 all FRFs between 12 DoFs (DOFS: so many). Exact FRFs: the whole drivetrain assembled and solved line
-by line, the residual in 80-bit arithmetic. Then 50 small drivetrains whose smallest basis is held against the
-fewest modes that would do, found by trying all. What bounds cost: `bound_speed`.
+by line, the residual in 80-bit arithmetic. Then 50 small drivetrains whose smallest basis is held
+against the fewest modes that would do, found by trying all. What bounds cost: `bound_speed`.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ class Tally:
             f"{r.name} {n}" for r, n in zip(Reason, self.reasons, strict=True)
         )
         every = {kind: self.counts[kind] for kind in DAMPINGS if kind in self.counts}
-        for kind, counts in {**every, "all": sum(every.values())}.items():
+        for kind, counts in {**every, "all": np.sum([*every.values()], axis=0)}.items():
             share = np.cumsum(counts) / max(1, counts.sum())
             middle, high, most = (self.edges[1 + np.searchsorted(share, q)] for q in LEVELS)
             yield (

@@ -201,9 +201,10 @@ class TruncationBench:
         """What an FRF of AB, or of B alone, from a basis is guaranteed to be wrong by (m/N)."""
         kept = basis.kept(self.count)
         part = TruncatedPart.of(self.system, kept, basis.residual_order, self.modes)
-        parts, joints = ({self.b: part}, ()) if alone else (
-            {self.a: self.stage_a, self.b: part}, self.model.joints
-        )  # fmt: skip
+        parts: dict[str, TruncatedPart | Frf] = {self.b: part}
+        if not alone:
+            parts[self.a] = self.stage_a
+        joints = () if alone else self.model.joints
         return bounded_frf(parts, joints, self.frequency, pair[:1], pair[1:]).between(*pair)
 
     def guaranteed(self, basis: Basis) -> float:
