@@ -269,14 +269,26 @@ def rayleigh_part(
     )
     of_kept = np.abs(kept.shapes[index] * factor[:, None]) * loads(system, kept.shapes)[:, None]
     of_left = (np.abs(left[index] * factor[:, None]) * loads(system, left)[:, None]).sum(axis=2)
-    square = kept.angular_frequency**2
-    stiff, loss = square[:, None] - omega**2, friction[:, None] * omega
-    loss += system.loss_factor * square[:, None]
-    distance = np.sqrt(stiff * stiff + loss * loss)
-    of_stiffness, of_mass = of_kept @ (1 / distance) + of_left[:, :, None] * middle.largest
+    nearness = _nearness(kept.angular_frequency**2, friction, system.loss_factor, omega)
+    of_stiffness, of_mass = of_kept @ nearness + of_left[:, :, None] * middle.largest
     total = np.sqrt(np.abs(mu)) * of_stiffness + np.sqrt(np.abs(v)) * of_mass
     total *= np.sqrt(len(system.dofs) * (4 * EPS + misfit(system, coefficients)))
     return PartLines(frf, (total, total), missing)
+
+
+def _nearness(
+    square: FloatArray, friction: FloatArray, loss_factor: float, omega: FloatArray
+) -> FloatArray:
+    """Return what 1 / |mu w_r^2 - v| is at most, 2^(1/2) / (|Re| + |Im|), shape (n, nf).
+
+    On a pole 0: only of a mode that moves nothing asked for, whose share is 0.
+    """
+    found = square[:, None] - omega**2
+    np.abs(found, out=found)
+    found += loss_factor * square[:, None]
+    if friction.any():
+        found += friction[:, None] * omega
+    return np.divide(np.sqrt(2), found, out=found, where=found > 0)
 
 
 def _series(
