@@ -89,6 +89,10 @@ def test_no_bound_from_the_first_left_out_mode_on_undamped() -> None:
     assert np.isinf(found.between("fast", "fast")[2:]).all()
     # what neither moves at the ports nor is asked for limits nothing
     assert not bounded_frf({"part": part}, (), lines, ["slow"], ["slow"]).reason.any()
+    silent = bounded_frf(
+        {"part": OSCILLATORS}, (), [first], ["slow"], ["slow"]
+    )  # kept, on its pole
+    assert np.isfinite(silent.bound).all()
     damped = TruncatedPart.of(replace(OSCILLATORS, loss_factor=0.02), [0], 0)
     found = bounded_frf({"part": damped}, (), lines, ["fast"], ["fast"])
     exact = direct_frf(damped.system, lines, ["fast"], ["fast"])
