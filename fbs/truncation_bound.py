@@ -317,13 +317,14 @@ def enclosed(
     mu: NDArray[np.complexfloating], v: NDArray[np.complexfloating], longest: float
 ) -> Enclosure:
     """Enclose g(t) = 1 / (mu - v t), 0 <= t <= `longest`; see the module."""
-    half, size = v * (longest / 2), np.abs(v) ** 2
-    towards = (mu * v.conj()).real  # mu - v t is nearest to 0 at t = towards / |v|^2
-    at = np.divide(towards, size, out=np.zeros_like(size), where=size > 0)
-    foot = mu - v * at.clip(0.0, longest)
-    nearest = np.abs(foot)
+    half, end, size = v * (longest / 2), mu - v * longest, np.abs(v) ** 2
+    across = mu * v.conj()
+    along = across.real  # |v|^2 times the t at which mu - v t is nearest to 0
+    beside = (along > 0) & (along < longest * size)
+    # exactly 0 where the segment runs through 0, as undamped from the first left-out mode on
+    foot = 1j * across.imag * np.divide(v, size, out=np.zeros_like(across), where=size > 0)
+    nearest = np.where(beside, np.abs(foot), np.minimum(np.abs(mu), np.abs(end)))
     lost = nearest == 0
-    end = mu - 2 * half
     root = np.sqrt(mu * end)  # h s
     root *= np.where(((mu - half).conj() * root).real < 0, -1, 1)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -352,7 +353,7 @@ def _of_disc(
     radius: FloatArray,
     decay: FloatArray,
 ) -> tuple[ComplexArray, FloatArray]:
-    """Take the disc where it is smaller; z_0, z_1 and the point between them nearest to 0."""
+    """Take the disc where it is smaller; z_0, z_1 and their line's point nearest to 0."""
     start, end, foot = segment
     with np.errstate(divide="ignore", invalid="ignore"):
         whole = (start * end.conj()).real <= 0  # more than a semicircle

@@ -66,6 +66,12 @@ def test_series_and_disc_enclose_the_function(
     assert (np.abs(exact) <= found.largest * (1 + 1e-12)).all()
 
 
+@pytest.mark.parametrize("reach", [1 + 1e-9, 1.7, 1e3])
+def test_undamped_from_the_first_left_out_mode_on_nothing_is_enclosed(reach: float) -> None:
+    found = enclosed(np.array([1.0 + 0j]), np.array([reach * 1.1e-7 + 0j]), 1 / 1.1e-7)
+    assert np.isinf(found.radius[0])  # exactly: a pole may lie at the line
+
+
 def test_one_left_out_mode_is_known_by_statics() -> None:
     lines = np.array([0.0, 5.0, 50.0, 120.0])
     for order in (None, 0, 1):
