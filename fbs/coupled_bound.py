@@ -24,7 +24,7 @@ parts, det(1 + X Y) being det(1 + Y X): whatever V is, the assembly has no pole 
 
 V' (1 + K V')^-1 being V' less V' K V' (1 + K V')^-1 and V' block-diagonal over the parts q: what
 one part lacks is felt by two DoFs through that part. Any other FRF, such as Y~_c, is at most
-|Y~_c - Y'_c| further away.
+|Y~_c - Y'_c| further away; the distance is that of the numbers returned, their rounding included.
 
 k is taken as Frobenius' norm, which is never below the spectral one: k^2 = tr(G'^H S G' S*) with
 S = A^H rho A, one row a joint. Nothing here depends on the units of a DoF or on how joints are
