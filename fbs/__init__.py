@@ -45,7 +45,7 @@ from .condensation import (
     condense_dynamic_stiffness,
     condense_free,
 )
-from .coupled_bound import BoundedFrf, Reason, TruncatedPart, bounded_frf
+from .coupled_bound import BoundedFrf, Reason, ReducedPart, TruncatedPart, bounded_frf
 from .coupling import CoupledFrf, couple
 from .damped_modes import ComplexModes, complex_modes
 from .errors import (
@@ -117,6 +117,7 @@ __all__ = [
     "Reason",
     "Record",
     "ReducedFrf",
+    "ReducedPart",
     "Reduction",
     "ReductionError",
     "SecondOrderSystem",

@@ -93,14 +93,30 @@ def modal_frf(
         real = given
     damping = modal_damping(real, system.damping)
     if residuals or is_proportional(damping):
-        terms = [_modal_terms(real, np.diag(damping), system.loss_factor, target)]
-        if residuals:
-            terms.append(_residual_terms(residuals, system, target))
-        origin: Origin = SystemOrigin.of(system)
-        if residuals or real.angular_frequency.size < len(system.dofs):
-            origin = _Truncation(SystemOrigin.of(system), real, damping, residuals)
-        return _sum(terms, target, all(_is_symmetric(r) for r in residuals), origin)
+        return real_sum(real, np.diag(damping), residuals, system, target)
     return _complex_sum(complex_modes(system, real), system, target)
+
+
+def real_sum(
+    real: RealModes,
+    friction: FloatArray,
+    residuals: tuple[FloatArray, ...],
+    system: SecondOrderSystem,
+    target: Target,
+) -> Frf:
+    """Sum modes of a system with Phi^T C Phi = diag(friction), and residuals of the others.
+
+    Raises
+    ------
+    SingularLineError
+    """
+    terms = [_modal_terms(real, friction, system.loss_factor, target)]
+    if residuals:
+        terms.append(_residual_terms(residuals, system, target))
+    origin: Origin = SystemOrigin.of(system)
+    if residuals or real.angular_frequency.size < len(system.dofs):
+        origin = _Truncation(SystemOrigin.of(system), real, friction, residuals)
+    return _sum(terms, target, all(_is_symmetric(r) for r in residuals), origin)
 
 
 def _require_convergence(axis: FloatArray, limit: float) -> None:
@@ -122,17 +138,17 @@ class _Truncation:
 
     of: SystemOrigin
     modes: RealModes
-    damping: FloatArray
+    friction: FloatArray
     residuals: tuple[FloatArray, ...]
 
     def renamed(self, names: Mapping[str, str]) -> _Truncation:
-        return _Truncation(self.of.renamed(names), self.modes, self.damping, self.residuals)
+        return _Truncation(self.of.renamed(names), self.modes, self.friction, self.residuals)
 
     def enclose(self, frf: Frf) -> Enclosure:
         left, right = (np.abs(self.of.ports(some)) for some in (frf.responses, frf.excitations))
         shapes, wr = np.abs(self.modes.shapes), self.modes.angular_frequency[:, None]
         w, gamma = frf.omega, (len(shapes) + len(self.residuals) + 8) * EPS
-        loss = self.of.system.loss_factor * wr**2 + np.diag(self.damping)[:, None] * w
+        loss = self.of.system.loss_factor * wr**2 + self.friction[:, None] * w
         distance = np.abs((wr - w) * (wr + w) + 1j * loss)
         gain = (1 + (wr**2 + w**2) / distance) / distance
         bound = np.einsum("ir,jr,rk->kij", left @ shapes, right @ shapes, gain, optimize=True)
