@@ -1,0 +1,58 @@
+"""Interrupts: held where they would do harm, and never waited for."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from validation.runtime.interruption import interrupts_later
+
+ROOT = Path(__file__).parents[3]
+
+
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_is_held_until_what_must_not_break_is_done(sent: signal.Signals) -> None:
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    done = False
+    try:
+        with pytest.raises(KeyboardInterrupt), interrupts_later():
+            signal.raise_signal(sent)
+            done = True
+        assert signal.getsignal(signal.SIGTERM) is signal.default_int_handler
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert done
+
+
+INTERRUPTED = """
+import numpy as np
+from validation.runtime.executors import process_pool
+from validation.runtime.pieces import Work, computed
+
+def evaluate(items):
+    return np.zeros(2_000_000)
+
+if __name__ == "__main__":
+    work = Work(evaluate, list, lambda item, why: why, "pieces")
+    with process_pool(2) as workers:
+        for _ in computed(work, {str(k): (k,) for k in range(1000)}, workers, print):
+            raise KeyboardInterrupt
+"""
+
+
+@pytest.mark.slow
+def test_workers_that_end_in_the_midst_of_a_result_are_not_waited_for(tmp_path: Path) -> None:
+    """Results of 16 MB are nearly always on their way, through a pipe that takes 64 kB."""
+    script = tmp_path / "sweep.py"
+    script.write_text(INTERRUPTED, encoding="utf-8")
+    for _ in range(3):
+        done = subprocess.run(
+            [sys.executable, str(script)], env=os.environ | {"PYTHONPATH": str(ROOT)},
+            capture_output=True, text=True, timeout=60,
+        )  # fmt: skip
+        assert done.stderr.splitlines()[-1] == "KeyboardInterrupt"
