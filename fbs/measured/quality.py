@@ -66,6 +66,8 @@ def defects(
 ) -> tuple[Defect, ...]:
     """Return everything that does not hold, of the pairs and of the matrix.
 
+    DoFs whose drive points are zero (see `zeros`) are left out.
+
     Parameters
     ----------
     frf : Frf
@@ -79,8 +81,9 @@ def defects(
     noise : float
         What is no defect, relative to the size of an FRF.
     """
-    square = frf_square(frf)
     mobility = frf.band(np.nextafter(0, 1)).to("mobility")
+    still = zeros(mobility)
+    square = [label for label in frf_square(frf) if (label, label) not in still]
     found = [
         *_reciprocity(mobility, square, noise),
         *_phase(mobility, square, noise),
@@ -89,6 +92,15 @@ def defects(
         *_mass(mobility, rigid or {}, below, noise),
     ]
     return tuple(found)
+
+
+def zeros(frf: Frf) -> tuple[tuple[str, str], ...]:
+    """Return response and excitation of the FRFs that are zero at every line.
+
+    Such is a dead channel, unless symmetry lets nothing pass.
+    """
+    still = ~frf.values.any(axis=0)
+    return tuple((frf.responses[i], frf.excitations[j]) for i, j in np.argwhere(still))
 
 
 def reciprocity_defect(frf: Frf, labels: Sequence[str]) -> FloatArray:

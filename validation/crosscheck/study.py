@@ -110,7 +110,7 @@ def cross_check(
         changes = clock.timed(
             "swap",
             lambda: what_changes(
-                exudyn, candidates[-1], substitutions, compared, frequency, floor, noise
+                exudyn, reference, candidates[-1], substitutions, compared, frequency, floor, noise
             ),
         )
     warnings = [*model_warnings(drivetrain), *(w for each in substitutions for w in each.warnings)]

@@ -15,13 +15,13 @@ from fbs.files.measurement import Contents, Measurement, few, take
 from fbs.files.record_files import FORMATS as RECORD_FORMATS
 from fbs.files.record_files import read_record
 from fbs.files.universal import FUNCTION_TYPES, TIME_RESPONSE, Function, read_universal
-from fbs.measured.quality import Defect, defects, frf_square
+from fbs.measured.quality import Defect, defects, frf_square, zeros
 from mbs_models.model.parameters import Drivetrain
 
 from ..errors import CommandError
 from ..routes import frf_input
 from ..routes.frf_input import FileOptions
-from ..routes.substitution_checks import where
+from ..routes.substitution_checks import channels, where
 
 UNIVERSAL = (".uff", ".unv")
 CLIPPED = 4  # samples in a row at one extreme: no signal rests there, a converter at its end does
@@ -159,7 +159,10 @@ def _taken(taken: Measurement) -> list[str]:
         f"  quality (drive points: {len(square)}, reciprocal pairs: {_pairs(len(square))}):"
     )
     lines += [f"    {describe(one, frf.frequency)}" for one in found]
-    if not found:
+    if still := zeros(frf):
+        words = few(channels(frf, still))
+        lines.append(f"    zero at every line, a dead channel or no path: {words}")
+    elif not found:
         lines.append("    nothing that a passive, reciprocal structure does not have")
     if taken.coherence is not None:
         known = taken.coherence[np.isfinite(taken.coherence)]
@@ -235,8 +238,14 @@ def _record(path: Path, channels: Mapping[str, tuple[str, str]]) -> list[str]:
         for label, values in zip(labels, samples.T, strict=True):
             peak, rms = np.abs(values).max(), np.sqrt(np.mean(values**2))
             words = f"  {kind} {label}: peak {peak:.4g}, rms {rms:.4g}, mean {values.mean():.2g}"
-            lines.append(words + (", clipped?" if _clipped(values) else ""))
+            lines.append(words + _oddity(values))
     return lines
+
+
+def _oddity(values: NDArray[np.float64]) -> str:
+    if not values.any():
+        return ", a dead channel?"
+    return ", clipped?" if _clipped(values) else ""
 
 
 def _clipped(values: NDArray[np.float64]) -> bool:

@@ -19,7 +19,7 @@ from . import frf_input
 from .frf_input import NOTHING_SAID, FileOptions
 from .routes import known_part
 from .source import Source, equations_source
-from .substitution_checks import implausible, square_labels
+from .substitution_checks import dead, implausible, square_labels
 
 SAME_STEP = 1e-9  # relative: the round-off of decimal input
 
@@ -146,7 +146,8 @@ def _substitution(
     static = frf.frequency[0] == 0.0 and (fmin is None or fmin <= 0.0)
     known = frf.band(lines[0], lines[-1]).to("receptance")
     own = direct_frf(system, known.frequency, interface, interface) if interface else known
-    notes = [*measured.notes, *_notes(static, unknown), *implausible(known, own, interface)]
+    notes = [*measured.notes, *_notes(static, unknown), *dead(known, system)]
+    notes += implausible(known, own, interface)
     return Substitution(
         part=part,
         path=path,

@@ -18,15 +18,20 @@ ROOT = Path(__file__).parents[3]
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupt_is_held_until_what_must_not_break_is_done(sent: signal.Signals) -> None:
     before = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    done = False
+    done = []
+
+    @interrupts_later()
+    def what_must_not_break() -> None:
+        signal.raise_signal(sent)
+        done.append(sent)
+
     try:
-        with pytest.raises(KeyboardInterrupt), interrupts_later():
-            signal.raise_signal(sent)
-            done = True
+        with pytest.raises(KeyboardInterrupt):
+            what_must_not_break()
         assert signal.getsignal(signal.SIGTERM) is signal.default_int_handler
     finally:
         signal.signal(signal.SIGTERM, before)
-    assert done
+    assert done == [sent]
 
 
 INTERRUPTED = """
