@@ -42,8 +42,11 @@ from .cli_options import (
     Workers,
     named,
 )
+from .errors import CommandError
 from .runtime.exit_codes import BAD_INPUT, exit_code
 from .runtime.streams import say
+
+NEW_TRAIN = "motor,parallel,planetary,load"
 
 app = typer.Typer(
     name="crosscheck",
@@ -66,7 +69,7 @@ def program(version: Version = False) -> None:
     """Take what belongs to no command."""
 
 
-@app.command()
+@app.command(epilog="Example: crosscheck run gearbox.toml --out report")
 def run(
     model: Model = "paper",
     out: Annotated[Path, typer.Option(help="Where report.html and results.json go.")] = Path(
@@ -111,7 +114,7 @@ def run(
         raise typer.Exit(1)
 
 
-@app.command()
+@app.command(epilog="Example: crosscheck modes gearbox.toml --torque 95")
 def modes(
     model: Model = "paper",
     route: Annotated[str, typer.Option(help="exudyn or equations.")] = "exudyn",
@@ -127,7 +130,7 @@ def modes(
     modes_command(model, route, torque, as_json=as_json)
 
 
-@app.command()
+@app.command(epilog="Example: crosscheck frf gearbox.toml --response load.w --excitation motor.w")
 def frf(
     model: Model = "paper",
     response: FrfResponses = None,
@@ -164,7 +167,7 @@ def frf(
     )
 
 
-@app.command()
+@app.command(epilog="Example: crosscheck paper --only fig13 --only table3")
 def paper(
     out: Annotated[Path, typer.Option(help="Where paper.html and paper.json go.")] = Path(
         "crosscheck-paper"
@@ -187,7 +190,9 @@ def paper(
         raise typer.Exit(1)
 
 
-@app.command()
+@app.command(
+    epilog="Example: crosscheck sweep gearbox.toml --vary shaft1.first_stiffness=1e5:1e6:20"
+)
 def sweep(
     model: Model = "paper",
     vary: Vary = None,
@@ -238,7 +243,7 @@ def sweep(
     )
 
 
-@app.command()
+@app.command(epilog="Example: crosscheck simulate gearbox.toml --out run")
 def simulate(
     model: Model = "paper",
     excitation: Excitations = None,
@@ -298,7 +303,7 @@ def simulate(
     end(result.agrees)
 
 
-@app.command()
+@app.command(epilog="Example: crosscheck speed gearbox.toml --speed 300:3000:100")
 def speed(
     model: Model,
     speed: Speeds = None,
@@ -328,7 +333,7 @@ def speed(
     end(result.agrees)
 
 
-@app.command()
+@app.command(epilog="Example: crosscheck truncate gearbox.toml --tolerance 0.1dB")
 def truncate(
     model: Model = "paper",
     stage: TruncatedStages = None,
@@ -366,7 +371,7 @@ def end(agrees: bool) -> None:
         raise typer.Exit(1)
 
 
-@app.command()
+@app.command(epilog="Example: crosscheck inspect measured.uff")
 def inspect(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Of FRFs or records.")],
     model: Annotated[str | None, typer.Option(help="A model whose DoFs the map is for.")] = None,
@@ -381,7 +386,7 @@ def inspect(
     inspect_command(file, model, (quantity, unit, run), channel or ())
 
 
-@app.command()
+@app.command(epilog="Example: crosscheck estimate hits.uff --output measured.uff")
 def estimate(
     records: Annotated[list[Path], typer.Argument(metavar="RECORDS", help="Files of records.")],
     output: Annotated[Path, typer.Option(help="A file: .uff, .npz, .mat or .csv.")],
@@ -401,7 +406,7 @@ def estimate(
     )
 
 
-@app.command()
+@app.command(epilog="Example: crosscheck presets")
 def presets() -> None:
     """List the drivetrains that come with the package."""
     from mbs_models.model.model_file import describe, preset_names
@@ -410,21 +415,38 @@ def presets() -> None:
         print(describe(name))
 
 
-@app.command()
+@app.command(epilog="Example: crosscheck new gearbox.toml --for motor,parallel,planetary,load")
 def new(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="The model file to write.")],
+    kinds: Annotated[
+        str | None,
+        typer.Option(
+            "--for",
+            metavar="KINDS",
+            help="The train's parts from its fast end to its slow one: motor, generator, flywheel, "
+            f"load, rotor, parallel, planetary. [default: {NEW_TRAIN}]",
+        ),
+    ] = None,
     source: Annotated[
-        str, typer.Option("--from", metavar="PRESET", help="The preset to start from.")
-    ] = "paper",
+        str | None, typer.Option("--from", metavar="PRESET", help="Copy a preset instead.")
+    ] = None,
 ) -> None:
-    """Write a commented model file to start from; never overwrites."""
+    """Write a model file to start from, with every key that its tables have; never overwrites."""
     from mbs_models.model.model_file import template, write_new
+    from mbs_models.model.new_train import new_train
 
-    write_new(file, template(source))
-    say(f"{file}: written, from preset '{source}'")
+    if kinds is not None and source is not None:
+        raise CommandError("--for and --from: a train or a preset; give one of the two")
+    if source is not None:
+        write_new(file, template(source))
+        say(f"{file}: written, from preset '{source}'")
+        return
+    words = [word.strip() for word in (kinds or NEW_TRAIN).split(",")]
+    write_new(file, new_train(words, file.name))
+    say(f"{file}: written, {' – '.join(words)}")
 
 
-@app.command()
+@app.command(epilog="Example: crosscheck check gearbox.toml")
 def check(
     file: Annotated[
         str, typer.Argument(metavar="FILE", callback=named, help="A model file, or a preset.")
@@ -436,7 +458,7 @@ def check(
     check_model(file)
 
 
-@app.command()
+@app.command(epilog="Example: crosscheck schema > gearbox.schema.json")
 def schema() -> None:
     """Print the model file's JSON schema, for editors."""
     from mbs_models.model.parameters import Drivetrain

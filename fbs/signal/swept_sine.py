@@ -155,18 +155,6 @@ def sweep_error(natural_frequency: float, damping_ratio: float, rate: float) -> 
     return SweepError(criterion, 1.0 + float(found.fun), shift)
 
 
-def slow_rate(natural_frequency: float, damping_ratio: float, criterion: float = 0.1) -> float:
-    """Fastest rate (Hz/s) at which eps = (dw/dt) / (zeta w)^2 stays at `criterion`.
-
-    At 0.1 the peak is 0.4 % lower and 0.19 zeta f late.
-
-    Raises
-    ------
-    FbsError
-    """
-    return float(criterion * _decay(natural_frequency, damping_ratio) ** 2 / (2.0 * np.pi))
-
-
 def swept_peak(x: FloatArray, eps: float) -> FloatArray:
     """E(x) of a mode at eps > 0; 1 is the steady peak."""
     from scipy.special import wofz

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from ..model.excitation import Excitation
 from ..signals.lines import Multisine, Signal
 from ..system.drivetrain import MultibodySystem
+from ..system.harmonic_response import harmonic_response
 from ..system.linearization import LinearizedSystem
 from .integrators import KNOWN_BEND, TRAPEZOIDAL, Integrator
 from .reversal import odd_part, reversed_excitation
@@ -26,13 +27,14 @@ from .time_integration import simulate
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
+BoolArray = NDArray[np.bool_]
 Progress = Callable[[str, int, int], None]
 
 # The orbit is closed when a period ends this near to where it began, of the largest motion (each
 # DoF by its own). Round-off of a stiff hub's spring leaves 1e-9; what geometry does to odd order
 # grows with the square of the force.
 CLOSURE = 1e-6
-# DoFs that symmetry keeps still: what moves them is not linear.
+# DoFs that symmetry keeps still, by the linearised system: what moves them is not linear.
 STILL = 1e-9
 
 
@@ -212,12 +214,25 @@ def periodic_response(
         excitation=excitation,
         sampling_frequency=rate,
         integrator=integrator,
-        closure=_closure(displacement[-1 - samples // periods :]),
+        closure=_closure(
+            displacement[-1 - samples // periods :], _responding(linear, excitation, responses)
+        ),
     )
 
 
-def _closure(displacement: FloatArray) -> float:
-    largest = np.abs(displacement).max(axis=0)
-    moved = largest > STILL * largest.max()
-    gap = np.abs(displacement[-1] - displacement[0])
-    return float((gap[moved] / largest[moved]).max())
+def _responding(
+    linear: LinearizedSystem, excitation: Excitation[Multisine], responses: Sequence[str] | None
+) -> BoolArray:
+    """Which of the responses move at any line (all: None)."""
+    labels = linear.dofs if responses is None else tuple(responses)
+    lines = excitation.signal.frequency
+    frf = harmonic_response(linear, lines, linear.dofs, (excitation.dof,))
+    size = dict(zip(linear.dofs, np.abs(frf).max(axis=(0, 2)), strict=True))
+    least = STILL * max(size.values())
+    return np.array([size[label] > least for label in labels])
+
+
+def _closure(displacement: FloatArray, responding: BoolArray) -> float:
+    largest = np.abs(displacement).max(axis=0)[responding]
+    gap = np.abs(displacement[-1] - displacement[0])[responding]
+    return float((gap / largest).max())

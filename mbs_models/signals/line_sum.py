@@ -62,10 +62,8 @@ class LineSum:
     @cached_property
     def _grid(self) -> FloatArray:
         """f on a grid, its spectrum divided by the kernel's; the ends are repeated."""
-        from scipy.fft import next_fast_len
-
         least = 2.0 * OVERSAMPLING * max(int(self.harmonics.max()), WIDTH)
-        count = next_fast_len(int(np.ceil(least)), real=True)
+        count = fast_length(int(np.ceil(least)))
         lines = self.coefficients / _kernel_transform(self.harmonics / count)
         grid = LineSum(self.period, self.harmonics, lines).samples(count)
         return np.concatenate([grid[-WIDTH:], grid, grid[:WIDTH]])
@@ -79,6 +77,15 @@ class LineSum:
         kernel = _kernel(position[:, None] - index)
         value: FloatArray = np.einsum("ij,ij->i", kernel, grid[index + WIDTH])
         return value
+
+
+def fast_length(least: int) -> int:
+    """The least 2ᵃ3ᵇ5ᶜ that is no smaller: a length whose Fourier transform is fast.
+
+    SciPy's `next_fast_len`, whose package takes as long to load as a short run to compute.
+    """
+    odd: list[int] = [3**b * 5**c for b in range(41) for c in range(28)]
+    return min(n << max(-(-least // n) - 1, 0).bit_length() for n in odd)
 
 
 def _kernel(distance: FloatArray) -> FloatArray:

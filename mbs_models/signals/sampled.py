@@ -11,7 +11,7 @@ import numpy as np
 
 from ..errors import ModelError
 from ..text_files import read_text
-from .line_sum import LineSum
+from .line_sum import LineSum, fast_length
 from .lines import FloatArray, require
 
 LARGEST_FILE = 200_000_000  # bytes: some million samples
@@ -83,9 +83,7 @@ class Sampled:
 
     @cached_property
     def _lines(self) -> LineSum:
-        from scipy.fft import next_fast_len
-
-        count = 2 * next_fast_len(len(self.samples), real=True)
+        count = 2 * fast_length(len(self.samples))
         coefficients = np.fft.rfft(self.samples, count) * 2.0 / count
         coefficients[[0, -1]] /= 2.0
         harmonics = np.arange(len(coefficients))

@@ -59,7 +59,7 @@ def main() -> None:
             decibels = np.abs(20.0 * np.log10(ratio[:, len(seen.meshes) :])).max()
             print(
                 f"  {rpm:8.1f} rpm: mesh forces {meshes:.1e}, accelerations {decibels:.1e} dB, "
-                f"{int(seen.comparable.sum())} lines judged, {seen.unsettled} not settled, "
+                f"{int(seen.comparable.sum())} lines compared, {seen.unsettled} not settled, "
                 f"{'agree' if found.agrees else 'DISAGREE'}, {time.perf_counter() - began:.0f} s",
                 flush=True,
             )

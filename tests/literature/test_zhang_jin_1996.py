@@ -22,7 +22,8 @@ import pytest
 from fbs import PeriodicSpring, SecondOrderSystem, stability, steady_state
 from mbs_models.contact.mesh_excitation import MeshLaw
 from mbs_models.signals.waveforms import FourierSeries
-from validation.routes.floquet import ParametricSystem, growth_rate, instability_boundary
+from tests.instability import instability_boundary
+from validation.routes.floquet import ParametricSystem, growth_rate
 
 Q = 25.0
 PRINTED = {  # order → a_r, b_r

@@ -6,18 +6,22 @@ import csv
 import errno
 import json
 import os
+import shlex
 import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+import typer
+from typer.core import TyperGroup
 
 from fbs import direct_frf, frequency_axis
 from mbs_models.model.model_file import load, preset_names, template
 from mbs_models.model.parameters import Drivetrain, ParallelStage
 from tests.strategies import changed, paper, with_stage
 from tests.validation.command_line import call
+from validation import cli
 from validation.routes import equations, multibody
 
 BAND = ["--fmin", "10", "--fmax", "4000", "--df", "10"]
@@ -229,6 +233,52 @@ def test_new_writes_a_file_that_checks_and_runs(
     assert "planetary, 3 planets" in capsys.readouterr().out
     assert call("new", str(path)) == 2
     assert "exists already" in capsys.readouterr().err
+
+
+def test_from_nothing_to_margins_in_three_commands(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model, out = str(tmp_path / "gearbox.toml"), tmp_path / "report"
+    assert call("new", model, "--for", "motor, parallel,planetary,load") == 0
+    assert call("modes", model) == 0
+    assert "31" in capsys.readouterr().out  # 1 + 8 + 18 + 1 DoFs and three shafts
+    assert call("run", model, "--out", str(out), "--no-time", "--df", "50") == 0
+    printed = capsys.readouterr().out
+    assert "motor at 1450 rpm: nearest resonances" in printed
+    assert "All routes agree: 961 FRFs" in printed
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert "Campbell diagram" in page
+    assert call("new", model + "2", "--for", "load", "--from", "paper") == 2
+    assert "--for and --from" in capsys.readouterr().err
+
+
+def examples() -> list[tuple[str, list[str]]]:
+    """Command → the words of its help's example."""
+    group = typer.main.get_command(cli.app)
+    assert isinstance(group, TyperGroup)
+    return [
+        (name, shlex.split((command.epilog or "").removeprefix("Example: crosscheck ")))
+        for name, command in group.commands.items()
+    ]
+
+
+@pytest.mark.parametrize(("name", "words"), examples())
+def test_the_example_in_a_commands_help_is_understood(
+    name: str, words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each names its command and only options that it has; what is quick is run."""
+    assert words[:1] == [name]
+    if ">" in words:
+        words = words[: words.index(">")]
+    monkeypatch.chdir(tmp_path)
+    group = typer.main.get_command(cli.app)
+    assert isinstance(group, TyperGroup)
+    group.commands[name].make_context(name, words[1:])
+    if name in ("modes", "frf", "presets", "check", "schema", "inspect"):
+        assert call("new", "gearbox.toml") == 0
+        frf = ["frf", "gearbox.toml", "--response", "load.w", "--excitation", "motor.w"]
+        assert call(*frf, "--df", "100", "--output", "measured.uff") == 0
+        assert call(*words) == 0
 
 
 def test_an_unconnected_stage_is_a_warning(

@@ -20,7 +20,7 @@ MATRIX_REASON = (
 def matrix_checks(reference: Source, other: Source) -> list[Check]:
     """Two sources' matrices, of the whole and of every stage."""
     subjects = [("whole drivetrain", reference.whole, other.whole)]
-    subjects += [(f"stage {n}", own, other.stage(n)) for n, own in reference.stages.items()]
+    subjects += [(f"part {n}", own, other.stage(n)) for n, own in reference.stages.items()]
     routes = (reference.name, other.name)
     return [
         check

@@ -189,7 +189,7 @@ def _pole_checks_of(
 
     def note(judged: Sequence[PoleRow]) -> str:
         count = sum(route in row.frequency_hz for row in rows)
-        return f"{len(judged)} of {count} modes judged" if len(judged) < count else ""
+        return f"{len(judged)} of {count} modes compared" if len(judged) < count else ""
 
     found_checks = [
         Check(

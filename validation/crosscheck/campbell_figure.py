@@ -21,6 +21,7 @@ from matplotlib.patches import Patch
 from mbs_models.gears.resonances import CLOSE, Crossing, Margin
 from mbs_models.modal.mode_kinds import Kind, Mode
 
+from ..report.figure import styled, svg
 from ..report.style import (
     FLOOR_COLOR,
     INK,
@@ -29,8 +30,6 @@ from ..report.style import (
     VERMILLION,
     WIDTH,
     spread,
-    styled,
-    svg,
 )
 from .resonances import Resonances
 

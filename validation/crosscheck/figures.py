@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from math import ceil, floor, log10
 
 import numpy as np
-from matplotlib import colormaps
-from matplotlib.colors import BoundaryNorm
-from matplotlib.figure import Figure
-from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
 from mbs_models.modal.mode_kinds import Kind
 
-from ..checks.frfs import FRF_TOLERANCE, FrfComparison, Pair
+from ..checks.frfs import FRF_TOLERANCE, Pair
 from ..checks.time_domain import DECIBEL_TOLERANCE
 from ..report.curves import extremes, largest, relative_difference
 from ..report.frf_panel import (
@@ -45,14 +39,11 @@ from ..report.style import (
     decades,
     envelope,
     part_colors,
-    power_of_ten,
-    svg,
 )
 from ..routes.time_domain import TimeDomain
 from .describe import short_frequency
 from .result import CrossCheck
 
-MANY_DOFS = 60  # more than that cannot be labelled one by one
 DRAWN = 6  # responses of the run in time: the excited DoF, and the largest others
 
 
@@ -61,31 +52,32 @@ def shares_figure(result: CrossCheck) -> str:
     modes = result.modes.modes
     drivetrain = result.drivetrain
     parts = [part.name for part in drivetrain.items]
-    figure = Figure(figsize=(WIDTH, 3.9))
-    top, bottom = figure.subplots(2, 1, sharex=True)
-    figure.subplots_adjust(left=0.075, right=0.995, top=0.91, bottom=0.14, hspace=0.16)
-    numbers = np.arange(1, len(modes) + 1)
-    for axes, energy in ((top, "kinetic"), (bottom, "strain")):
-        base = np.zeros(len(modes))
-        for part, color in part_colors(parts).items():
-            share = np.array([getattr(mode.shares, energy)[part] for mode in modes])
-            axes.bar(numbers, share, 0.8, base, color=color, edgecolor="white", linewidth=0.5)
-            base += share
-        axes.set_ylim(0.0, 1.0)
-        axes.set_yticks([0.0, 0.5, 1.0], ["0", "50 %", "100 %"])
-        axes.set_ylabel(f"{energy.capitalize()} energy")
-        axes.grid(visible=False, axis="x")
+    colors = part_colors(parts)
+    numbers = np.arange(1.0, len(modes) + 1.0)
+    reach = (0.4, len(modes) + 0.6)
     step = ceil(len(modes) / 45)
-    bottom.set_xticks(
-        numbers[::step],
-        [short_frequency(mode.frequency_hz) for mode in modes[::step]],
-        rotation=90,
-        fontsize=7.0,
-    )
-    bottom.set_xlim(0.4, len(modes) + 0.6)
-    handles = [Patch(color=color, label=part) for part, color in part_colors(parts).items()]
-    figure.legend(handles=handles, loc="upper left", ncols=8, bbox_to_anchor=(0.065, 1.0))
-    return svg(figure, "shares", "Energy shares of every mode by stage and coupling")
+    places = [
+        (number + 1.0, short_frequency(modes[number].frequency_hz))
+        for number in range(0, len(modes), step)
+    ]
+    frames = []
+    for top, energy, named in ((26.0, "kinetic", ()), (146.0, "strain", places)):
+        axes = Axes((50.0, top, 663.0, 98.0), reach, False, x_ticks=named, y=(0.0, 1.0))
+        axes.y_ticks = [(0.0, "0"), (0.5, "50 %"), (1.0, "100 %")]
+        axes.set_ylabel(f"{energy.capitalize()} energy")
+        base = np.zeros(len(modes))
+        for part, color in colors.items():
+            share = np.array([getattr(mode.shares, energy)[part] for mode in modes])
+            axes.bars(numbers, base, base + share, color)
+            base = base + share
+        frames.append(axes)
+    columns = min(len(parts), 8)
+    key = legend(
+        [LegendEntry(part, color, 7.0) for part, color in colors.items()],
+        50.0, 0.0, columns, 663.0 / columns,
+    )  # fmt: skip
+    words = "Energy shares of every mode by stage and coupling"
+    return plot_svg((INCH * WIDTH, 284.0), frames, "shares", words, key)
 
 
 def curve_figure(result: CrossCheck, number: int, pair: Pair) -> str:
@@ -147,65 +139,6 @@ def error_figure(result: CrossCheck) -> str:
     key = legend(entries, 110.0 + 342.0 * column, 48.0 + 124.0 * row, 1, 0.0)
     size = INCH * WIDTH, 124.0 * rows + 30.0
     return plot_svg(size, frames, "errors", "Scaled error over frequency, by route", key)
-
-
-def heat_map(comparison: FrfComparison, dofs: Sequence[str]) -> str:
-    """Largest scaled error over all lines of every pair of DoFs, a colour for each decade."""
-    count = len(dofs)
-    side = min(max(0.2 * count, 2.6), 6.6)
-    left, bottom, top, right = 1.35, 1.35, 0.08, 1.35
-    width, height = left + side + right, bottom + side + top
-    figure = Figure(figsize=(width, height))
-    axes = figure.add_axes((left / width, bottom / height, side / width, side / height))
-    lowest, highest = decades([comparison.pair_max])
-    step = ceil((highest - lowest) / 12)
-    bounds = np.arange(lowest, highest + step, step)
-    colors = colormaps["Blues"].resampled(len(bounds) - 1)
-    exponent = np.log10(np.clip(comparison.pair_max, 10.0**lowest, None))
-    many = count > MANY_DOFS
-    mesh = axes.pcolormesh(
-        exponent,
-        cmap=colors,
-        norm=BoundaryNorm(bounds, colors.N),
-        edgecolor="none" if many else "white",
-        linewidth=0.3,
-        rasterized=many,  # tens of thousands of cells would be megabytes of paths
-    )
-    size = 7.5 if many else min(7.5, 7.5 * 30 / count)
-    ticks, names = part_ticks(dofs) if many else (np.arange(count) + 0.5, list(dofs))
-    axes.set_xticks(ticks, names, rotation=90, fontsize=size)
-    axes.set_yticks(ticks, names, fontsize=size)
-    axes.tick_params(length=0.0)
-    axes.set_xlabel("Excitation")
-    axes.set_ylabel("Response")
-    axes.invert_yaxis()
-    axes.grid(visible=False)
-    axes.spines[["left", "bottom"]].set_visible(False)
-    bar_axes = figure.add_axes(
-        (
-            (left + side + 0.25) / width,
-            (bottom + 0.15 * side) / height,
-            0.16 / width,
-            0.7 * side / height,
-        )
-    )
-    bar = figure.colorbar(mesh, cax=bar_axes, ticks=bounds)
-    bar.ax.set_yticklabels([power_of_ten(int(e)) for e in bounds])
-    bar.ax.tick_params(length=0.0)
-    bar.outline.set_visible(False)
-    bar.set_label(
-        "Largest scaled error", rotation=90, rotation_mode="anchor", ha="center", va="top"
-    )
-    return svg(figure, "heatmap", f"Largest scaled error of every FRF, {comparison.route}")
-
-
-def part_ticks(dofs: Sequence[str]) -> tuple[NDArray[np.float64], list[str]]:
-    """One tick in the middle of every run of DoFs of the same part."""
-    parts = [dof.partition(".")[0] for dof in dofs]
-    starts = [i for i, part in enumerate(parts) if i == 0 or part != parts[i - 1]]
-    ends = [*starts[1:], len(parts)]
-    middles = np.array([(a + b) / 2.0 for a, b in zip(starts, ends, strict=True)])
-    return middles, [parts[i] for i in starts]
 
 
 def kernel_figure(result: CrossCheck) -> str:

@@ -18,7 +18,6 @@ from ..report.digits import hertz
 from ..report.page import Block, Folded, Fragment, Note, Picture, Section, Table
 from ..report.pages import environment
 from ..report.style import KIND_COLORS
-from .campbell_figure import campbell_figure
 from .describe import short_frequency
 from .resonances import LISTED, Resonances, phasing_rules
 from .result import CrossCheck
@@ -147,6 +146,8 @@ def _campbell(result: CrossCheck, found: Resonances) -> Section:
                 "outside the stage turns with it."
             )
         )
+    from .campbell_figure import campbell_figure  # matplotlib: only where it is drawn
+
     blocks.append(Picture(campbell_figure(found, result.modes.modes)))
     return Section("campbell", "Campbell diagram", tuple(blocks))
 

@@ -28,17 +28,21 @@ from ..report.page import (
     Verdicts,
     source_of,
 )
-from ..report.style import CURVE_COLUMNS, ERROR_COLUMNS, part_colors, styled
+from ..report.style import (
+    CURVE_COLUMNS,
+    ERROR_COLUMNS,
+    part_colors,
+)
 from ..routes.time_domain import TimeDomain
 from .describe import describe_pair, describe_route, disagreements, verdict
 from .figures import (
     curve_figure,
     error_figure,
-    heat_map,
     kernel_figure,
     shares_figure,
     time_figure,
 )
+from .heat_map import heat_map
 from .model_sections import drawing_section, energy_section, resonance_sections, shapes_section
 from .result import ARRAYS, CrossCheck
 from .substitution_section import substitution_section
@@ -89,28 +93,27 @@ UNCOUPLED = "Nothing is coupled in this model: FBS’ FRFs are those of its stag
 def report_page(result: CrossCheck) -> Page:
     """What report.html says."""
     drivetrain = result.drivetrain
-    with styled():
-        sections = [
-            drawing_section(result),
-            Section(
-                "verdicts",
-                "1 Verdicts",
-                ("Every comparison of two routes.", Verdicts(result.checks)),
-            ),
-            _modes(result),
-            _frfs(result),
-            _routes(result),
-            Section(
-                "model",
-                "5 Model",
-                ("The model file that gives this drivetrain:", Preformatted(dumps(drivetrain))),
-            ),
-        ]
-        if result.substitution is not None:
-            changes = result.substitution
-            sections.insert(
-                0, substitution_section(drivetrain, changes, result.frequency, result.reference)
-            )
+    sections = [
+        drawing_section(result),
+        Section(
+            "verdicts",
+            "1 Verdicts",
+            ("Every comparison of two routes.", Verdicts(result.checks)),
+        ),
+        _modes(result),
+        _frfs(result),
+        _routes(result),
+        Section(
+            "model",
+            "5 Model",
+            ("The model file that gives this drivetrain:", Preformatted(dumps(drivetrain))),
+        ),
+    ]
+    if result.substitution is not None:
+        changes = result.substitution
+        sections.insert(
+            0, substitution_section(drivetrain, changes, result.frequency, result.reference)
+        )
     return Page(
         eyebrow="Drivetrain cross-check",
         heading=drivetrain.name,

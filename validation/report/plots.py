@@ -13,7 +13,6 @@ from math import ceil, floor, log10
 from typing import Any
 
 import numpy as np
-from matplotlib.ticker import MaxNLocator
 
 from ..arrays import FloatArray
 from .style import INK, MUTED, decade_labels, is_logarithmic
@@ -73,6 +72,8 @@ class Axes:
         First and last frequency; the axis is logarithmic as `is_logarithmic` has it, or as told.
     labelled
         Whether frequencies are written below it.
+    x_ticks
+        Places below it and their names, upright, in the place of frequencies.
     """
 
     box: Box
@@ -82,6 +83,7 @@ class Axes:
     title: str = ""
     y: tuple[float, float] | None = None
     y_ticks: Sequence[tuple[float, str]] | None = None
+    x_ticks: Sequence[tuple[float, str]] | None = None
     y_log: bool = False
     y_name: str = ""
     frame: bool = True
@@ -140,6 +142,16 @@ class Axes:
         start, length = top + y[0] * height, (y[1] - y[0]) * height
         path = "".join(f"M{left + at:.2f} {start:.2f}v{length:.2f}" for at in self._along(x))
         self._words.append(f'<path d="{path}" stroke="{color}" stroke-width="{width:g}"/>')
+
+    def bars(self, x: FloatArray, low: FloatArray, high: FloatArray, color: str) -> None:
+        """Bars four fifths of a unit wide."""
+        left, top, _, _ = self.box
+        ends = self._along(x - 0.4), self._along(x + 0.4), self._up(high), self._up(low)
+        path = "".join(
+            f"M{left + a:.2f} {top + c:.2f}H{left + b:.2f}V{top + d:.2f}H{left + a:.2f}z"
+            for a, b, c, d in zip(*ends, strict=True)
+        )
+        self._words.append(f'<path d="{path}" fill="{color}" stroke="#fff" stroke-width="0.5"/>')
 
     def decades(self, lowest: int, highest: int, most: int = 7) -> None:
         """Make the vertical axis logarithmic over whole decades, ``most`` of them labelled."""
@@ -211,12 +223,12 @@ class Axes:
         bottom = top + height
         ticks = self.y_ticks
         if ticks is None:
-            values = MaxNLocator(6, steps=[1, 2, 5, 10]).tick_values(*self.y)
+            values = round_values(*self.y, 6, (1.0, 2.0, 5.0))
             ticks = [(v, f"{v:g}".replace("-", "−")) for v in values]
         low, high = self.y
         ticks = [(value, label) for value, label in ticks if low <= value <= high]
         at_y = top + self._up(np.array([value for value, _ in ticks], float))
-        values_x = self._frequencies()
+        values_x = self._frequencies() if self.x_ticks is None else np.empty(0)
         at_x = left + self._along(values_x)
         grid = "".join(f"M{left:.2f} {y:.2f}h{width:.2f}" for y in at_y)
         grid += "".join(f"M{x:.2f} {top:.2f}v{height:.2f}" for x in at_x)
@@ -232,7 +244,7 @@ class Axes:
             text(left - 7.0, y + 3.0, label, anchor="end")
             for y, (_, label) in zip(at_y, ticks, strict=True)
         ]
-        if self.labelled:
+        if self.labelled and self.x_ticks is None:
             parts += [
                 text(x, bottom + 14.0, f"{value:,.6g}".replace(",", " "), anchor="middle")
                 for x, value in zip(at_x, values_x, strict=True)
@@ -241,11 +253,17 @@ class Axes:
                 parts.append(
                     text(left + width / 2.0, bottom + 27.0, "Frequency (Hz)", anchor="middle")
                 )
+        parts += [upright(left + x, bottom + 6.0, name) for x, name in self._named_places()]
         if self.y_name:
             x, y = left - 40.0, top + height / 2.0
             turned = f'transform="translate({x:.1f} {y:.1f}) rotate(-90)"'
             parts.append(text(0.0, 0.0, self.y_name, anchor="middle", more=turned))
         return "".join(parts)
+
+    def _named_places(self) -> list[tuple[float, str]]:
+        ticks = self.x_ticks or ()
+        at = self._along(np.array([place for place, _ in ticks], float))
+        return [(float(x), name) for x, (_, name) in zip(at, ticks, strict=True)]
 
     def _frequencies(self) -> FloatArray:
         """Where frequencies are written."""
@@ -253,17 +271,34 @@ class Axes:
         if self.logarithmic:
             powers = np.arange(ceil(log10(first) - 1e-9), floor(log10(last) + 1e-9) + 1)
             return np.asarray(10.0**powers)
-        values = np.asarray(MaxNLocator(9, steps=[1, 2, 2.5, 5, 10]).tick_values(first, last))
-        return values[(values >= first) & (values <= last)]
+        return round_values(first, last, 9, (1.0, 2.0, 2.5, 5.0))
 
     def _digits(self) -> FloatArray:
         """2, 3, … 9 in each decade of a logarithmic axis."""
-        if not self.logarithmic:
+        if not self.logarithmic or self.x_ticks is not None:
             return np.empty(0)
         first, last = self.x
         decades = 10.0 ** np.arange(floor(log10(first)), ceil(log10(last)))
         digits = np.outer(decades, np.arange(2, 10)).ravel()
         return digits[(digits >= first) & (digits <= last)]
+
+
+def round_values(low: float, high: float, most: int, steps: Sequence[float]) -> FloatArray:
+    """Multiples of the least round step that puts at most ``most`` + 1 of them in a range.
+
+    Parameters
+    ----------
+    steps
+        Round steps of one decade, ascending from 1.
+    """
+    least = (high - low) / most
+    if not least > 0.0:
+        return np.array([low])
+    power = 10.0 ** floor(log10(least))
+    slack = 1e-9  # of a step: what a division rounds
+    step = next(s * power for s in (*steps, 10.0, 20.0) if s * power >= least * (1.0 - slack))
+    numbers = np.arange(ceil(low / step - slack), floor(high / step + slack) + 1)
+    return np.asarray(step * numbers)
 
 
 def _path(x: FloatArray, y: FloatArray) -> str:
@@ -311,6 +346,12 @@ def text(
         f'<text {place} text-anchor="{anchor}" font-size="{size:g}" fill="{INK}"{weight}>'
         f"{escape(words)}</text>"
     )
+
+
+def upright(x: float, y: float, words: str, size: float = 7.0) -> str:
+    """Words from bottom to top that end below a point."""
+    turned = f'transform="translate({x + 0.35 * size:.2f} {y:.2f}) rotate(-90)"'
+    return text(0.0, 0.0, words, anchor="end", size=size, more=turned)
 
 
 def legend(

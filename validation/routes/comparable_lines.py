@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from ..arrays import BoolArray, FloatArray
 
@@ -33,11 +34,16 @@ def known(frequency: FloatArray, size: FloatArray, unknown: FloatArray) -> BoolA
     size, unknown
         (n_line, …) |H|, and how much of it may be round-off.
     """
-    from scipy.ndimage import maximum_filter1d  # takes its time to load
-
     square = ((2.0 * np.pi * frequency) ** 2).reshape(-1, *(1,) * (size.ndim - 1))
-    floor = maximum_filter1d(unknown * square, NEIGHBOURS, axis=0, mode="nearest") / square
+    floor = _largest_nearby(unknown * square) / square
     return np.asarray(floor <= KNOWN_TO * size)
+
+
+def _largest_nearby(values: FloatArray) -> FloatArray:
+    """The largest of the `NEIGHBOURS` lines around each, the line itself among them."""
+    half = NEIGHBOURS // 2
+    padded = np.pad(values, ((half, NEIGHBOURS - 1 - half), *[(0, 0)] * (values.ndim - 1)), "edge")
+    return np.asarray(sliding_window_view(padded, NEIGHBOURS, axis=0).max(axis=-1))
 
 
 def describe(names: Sequence[str], frequency: FloatArray, compared: BoolArray) -> str:
@@ -52,9 +58,9 @@ def describe(names: Sequence[str], frequency: FloatArray, compared: BoolArray) -
     compared
         (n_line, n_frf) which lines are comparable.
     """
-    summary = f"judged on {int(compared.sum())} of {compared.size} lines ({percent(compared)})"
+    summary = f"compared on {int(compared.sum())} of {compared.size} lines ({percent(compared)})"
     if compared.all():
-        return "judged on all lines"
+        return "compared on all lines"
     # What moves most rises most towards 0 Hz, so that 80 dB below its peak is soon reached.
     by_share = np.argsort(compared.mean(axis=0), kind="stable")
     few = [int(n) for n in by_share if compared[:, n].mean() < HALF]

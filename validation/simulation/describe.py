@@ -73,8 +73,8 @@ def _against_fbs(result: SimulationResult) -> str:
     size = f"{worst:.2g} dB" if worst >= 1e-3 else "below 0.001 dB"
     averaged = any(part.estimate.kind == "H1" for part in result.estimated)
     beyond = ", the estimate’s own scatter allowed for" if averaged else ""
-    judged = np.concatenate([part.compared.ravel() for part in result.estimated])
-    lines = "all lines" if judged.all() else f"the lines judged, {percent(judged)} of all"
+    compared = np.concatenate([part.compared.ravel() for part in result.estimated])
+    lines = "all lines" if compared.all() else f"the lines compared, {percent(compared)} of all"
     return (
         f"FRFs from exudyn’s time integration {agree}: largest difference {size} on {lines}{beyond}"
     )

@@ -73,7 +73,7 @@ class EstimatedFrfs:
     reference
         The same FRFs by FBS.
     compared
-        (n_line, n_response, n_excitation) lines judged, by the `rule`.
+        (n_line, n_response, n_excitation) lines compared, by the `rule`.
     allowed_db
         (n_line, n_response, n_excitation) the tolerance, with the estimator's own scatter.
     """
@@ -92,9 +92,9 @@ class EstimatedFrfs:
 
     @property
     def rule(self) -> str:
-        """Which lines are judged."""
+        """Which lines are compared."""
         words = (
-            f"A line is judged within {DYNAMIC_RANGE_DB:g} dB of its FRF’s own peak, which in a "
+            f"A line is compared within {DYNAMIC_RANGE_DB:g} dB of its FRF’s own peak, which in a "
             "free drivetrain is the rise towards 0 Hz"
         )
         if _known_by_scatter(self.estimate) is not None:
@@ -121,7 +121,7 @@ class EstimatedFrfs:
     def median_difference(self) -> str:
         """The same, in words."""
         median = self.median_db
-        return "no line is judged" if np.isnan(median) else f"median difference {median:.2g} dB"
+        return "no line is compared" if np.isnan(median) else f"median difference {median:.2g} dB"
 
     @property
     def degrees(self) -> FloatArray:

@@ -16,6 +16,13 @@ from matplotlib.ticker import EngFormatter, LogLocator, NullFormatter
 
 from ..arrays import BoolArray, ComplexArray, FloatArray
 from ..report.digits import engineering
+from ..report.figure import (
+    frequency_axis,
+    level_axis,
+    log_axis,
+    styled,
+    svg,
+)
 from ..report.frf_panel import (
     Curve,
     Difference,
@@ -31,11 +38,6 @@ from ..report.style import (
     REFERENCE_COLOR,
     VERMILLION,
     WIDTH,
-    frequency_axis,
-    level_axis,
-    log_axis,
-    styled,
-    svg,
 )
 
 MOST_DECADES = 6  # of an error axis

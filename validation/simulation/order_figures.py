@@ -15,6 +15,7 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 from mbs_models.gears.gear_lines import MeasuredLine
 
 from ..arrays import FloatArray
+from ..report.figure import log_axis, styled, svg
 from ..report.style import (
     BLUE,
     INK,
@@ -23,10 +24,7 @@ from ..report.style import (
     REFERENCE_COLOR,
     VERMILLION,
     WIDTH,
-    log_axis,
     spread,
-    styled,
-    svg,
 )
 from .record_figures import draw_spectrum, spectrum_decades
 

@@ -100,8 +100,8 @@ def run_checks(
         checks.append(_free_rotation(drivetrain, point, measured))
     vague = [check.name for check in checks if check.name != GROWTH and check.tolerance > VAGUE]
     warnings = (
-        f"not judged: {', '.join(vague)}; what swings is so much larger than what is held against "
-        "it that any value would pass",
+        f"cannot be told: {', '.join(vague)}; what swings is so much larger than what is held "
+        "against it that any value would pass",
     )
     comparable = tuple(check for check in checks if check.name not in vague)
     return comparable, warnings if vague else ()

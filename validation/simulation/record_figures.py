@@ -16,6 +16,12 @@ from mbs_models.gears.gear_response import MeshLoad
 from ..arrays import FloatArray
 from ..report.curves import extremes
 from ..report.digits import engineering
+from ..report.figure import (
+    frequency_axis,
+    log_axis,
+    styled,
+    svg,
+)
 from ..report.style import (
     BLUE,
     CURVE_COLUMNS,
@@ -25,11 +31,7 @@ from ..report.style import (
     VERMILLION,
     WIDTH,
     along_axis,
-    frequency_axis,
-    log_axis,
     part_colors,
-    styled,
-    svg,
 )
 
 ROW = 1.35  # inches a panel is high

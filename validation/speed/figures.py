@@ -15,6 +15,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import EngFormatter, FuncFormatter, MaxNLocator
 
 from ..arrays import FloatArray
+from ..report.figure import styled, svg
 from ..report.style import (
     INK,
     MUTED,
@@ -24,8 +25,6 @@ from ..report.style import (
     VERMILLION,
     WIDTH,
     spread,
-    styled,
-    svg,
 )
 from .findings import SpeedRange
 

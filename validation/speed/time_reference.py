@@ -326,7 +326,7 @@ def _checks(reference: TimeReference) -> tuple[Check, ...]:
     reason = (
         "both take derivatives at the frequencies that the trapezoidal rule bends lines to; its "
         "samples of k(t), and what the balance misses beyond its last harmonic, leave 0.3 % at the "
-        "last one shown; what still rings in a line is below 1 %, or the line is not judged"
+        "last one shown; what still rings in a line is below 1 %, or the line is not compared"
     )
     kinds = (
         ("mesh forces by order", "largest relative difference of an amplitude", relative, TOLERANCE,

@@ -11,6 +11,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..arrays import FloatArray, IndexArray
+from ..report.figure import (
+    frequency_axis,
+    level_axis,
+    styled,
+    svg,
+)
 from ..report.frf_panel import Band, Curve, FrfPanel, draw_magnitude
 from ..report.style import (
     BLUE,
@@ -20,10 +26,6 @@ from ..report.style import (
     MUTED,
     VERMILLION,
     WIDTH,
-    frequency_axis,
-    level_axis,
-    styled,
-    svg,
 )
 from .axes import MANY, constant_limits, logarithmic, metric_axis, parameter_axis, varying
 from .grid_figures import Rows, draw_frfs, draw_metrics, metric_panels

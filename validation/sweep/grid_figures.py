@@ -10,8 +10,13 @@ from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
 from ..arrays import FloatArray, IndexArray
+from ..report.figure import frequency_axis, level_axis
 from ..report.frf_panel import Curve, FrfPanel, draw_magnitude
-from ..report.style import MUTED, WIDTH, along_axis, frequency_axis, level_axis
+from ..report.style import (
+    MUTED,
+    WIDTH,
+    along_axis,
+)
 from .axes import (
     MANY,
     Family,

@@ -12,7 +12,7 @@ from mbs_models.model.parameters import Damping, PlanetaryStage
 from tests.strategies import changed, damped, paper, with_coupling, with_stage
 from validation.routes.source import equations_source
 
-# Seed paper, Table 3, with the values its own parameters give (k_sw = 1e5 N/m, 1e8 N/m between
+# The paper, Table 3, with the values its own parameters give (k_sw = 1e5 N/m, 1e8 N/m between
 # wheel and hub): 2202 Hz is not among them, 2089.8 Hz (twice) is.
 PAPER_KINDS = [
     (0.0, Kind.RIGID_BODY),

@@ -6,8 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.fft import next_fast_len
 
 from mbs_models.errors import ModelError
+from mbs_models.signals.line_sum import fast_length
 from mbs_models.signals.sampled import Sampled, read_sampled
 
 
@@ -101,3 +103,8 @@ def test_a_file_that_cannot_be_read(tmp_path: Path) -> None:
     (tmp_path / "binary.csv").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(ModelError, match="not a text file in UTF-8"):
         read_sampled(tmp_path / "binary.csv")
+
+
+def test_a_fast_length_is_scipys() -> None:
+    lengths = [*range(1, 2000), 4097, 65_537, 999_983, 10_000_019]
+    assert [fast_length(n) for n in lengths] == [next_fast_len(n, real=True) for n in lengths]

@@ -30,12 +30,12 @@ def test_what_is_judged_of_less_than_half_of_the_band_is_named() -> None:
     compared[2:, 1] = False
     compared[:, 2] = False
     assert describe("abc", frequency, compared) == (
-        "judged on 12 of 30 lines (40 %); on less than half of the band at "
+        "compared on 12 of 30 lines (40 %); on less than half of the band at "
         "c (nowhere); b (20 %, none above 20 Hz)"
     )
     compared[:5, 1:] = True
-    assert describe("abc", frequency, compared) == "judged on 20 of 30 lines (67 %)"
-    assert describe("abc", frequency, np.ones((10, 3), bool)) == "judged on all lines"
+    assert describe("abc", frequency, compared) == "compared on 20 of 30 lines (67 %)"
+    assert describe("abc", frequency, np.ones((10, 3), bool)) == "compared on all lines"
 
 
 def test_all_but_one_line_is_not_all() -> None:
@@ -72,7 +72,7 @@ def test_every_line_of_the_paper_is_judged_in_time() -> None:
     size = np.abs(found.substructured)
     assert (size / size.max(axis=0)).min() < 1e-8
     assert found.compared.all()
-    assert found.comparable == "judged on all lines"
+    assert found.comparable == "compared on all lines"
     assert found.worst_db.max() < 5e-3
 
 
@@ -133,7 +133,7 @@ def test_simulate_says_on_how_much_of_the_band_it_rests(
     assert f"on less than half of the band at {place}" in frfs["judged"]
     assert place in printed
     assert place in html
-    assert f"on the lines judged, {100 * shares.mean():.0f} % of all" in found["verdict"]
+    assert f"on the lines compared, {100 * shares.mean():.0f} % of all" in found["verdict"]
     assert found["verdict"] in html
     assert "where the periods of the steady state scatter by less than 0.1 %" in html
     assert [check["note"] for check in found["checks"]] == [frfs["judged"]] * 2
@@ -151,7 +151,7 @@ def test_simulate_judges_all_lines_of_a_held_stage_and_says_so(tmp_path: Path) -
     asked = ("--excitation", f"multisine@{W}:fmin=50,fmax=1000,df=50", "--response", W)
     assert call("simulate", "lin-parker-4", *asked, "--out", str(tmp_path)) == 0
     found = json.loads((tmp_path / "simulation.json").read_text(encoding="utf-8"))
-    assert found["frfs"][0]["judged"] == "judged on all lines"
+    assert found["frfs"][0]["judged"] == "compared on all lines"
     assert found["verdict"].endswith("dB on all lines")
     html = (tmp_path / "simulation.html").read_text(encoding="utf-8")
     assert "every number of this report" not in html  # FRFs and histories are not in it

@@ -20,12 +20,12 @@ from mbs_models.model.parameters import Drivetrain
 from mbs_models.signals.waveforms import FourierSeries, Trapezoid
 from mbs_models.system.drivetrain import build_drivetrain
 from tests.geared import lin_parker, speed_for
+from tests.instability import instability_boundary
 from tests.strategies import changed, paper, with_stage
 from validation.errors import CommandError
 from validation.routes.floquet import (
     ParametricSystem,
     growth_rate,
-    instability_boundary,
     monodromy,
     multipliers,
     parametric_system,

@@ -148,7 +148,7 @@ def test_a_hub_next_to_massless_is_no_disagreement() -> None:
     allowed = allowed_mac_defects(equation_real_modes(), eigenvalue_error(result.modes))
     count = sum(value <= KNOWN for value in allowed)
     assert 0 < count < 30
-    assert shapes.note == f"{count} of 30 modes judged"
+    assert shapes.note == f"{count} of 30 modes compared"
     assert by_fbs.note == ""  # a filter's shapes have none of that round-off
     ordinary = cross_check(load("paper-table2"), COARSE)
     assert ordinary.warnings == ()
