@@ -96,6 +96,7 @@ def every_interrupt() -> Iterator[None]:
         yield  # there are none
         return
     heard = False
+    timers: list[threading.Timer] = []
 
     def noting(number: int, frame: FrameType | None) -> None:
         nonlocal heard
@@ -109,6 +110,7 @@ def every_interrupt() -> Iterator[None]:
         later = threading.Timer(AGAIN_SECONDS, signal.raise_signal, (signal.SIGINT,))
         later.daemon = True
         later.start()
+        timers.append(later)
 
     signal.signal(signal.SIGINT, noting)
     ended = signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
@@ -122,4 +124,9 @@ def every_interrupt() -> Iterator[None]:
     finally:
         sys.unraisablehook = hook
         signal.signal(signal.SIGTERM, ended)
+        # what is still to be raised again would end the process, which ends already
+        signal.signal(signal.SIGINT, lambda *_: None)
+        for timer in timers:
+            timer.cancel()
+            timer.join()
         signal.signal(signal.SIGINT, handler)

@@ -6,11 +6,12 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 
-from validation.runtime.interruption import interrupts_later
+from validation.runtime.interruption import AGAIN_SECONDS, every_interrupt, interrupts_later
 
 ROOT = Path(__file__).parents[3]
 
@@ -32,6 +33,28 @@ def test_an_interrupt_is_held_until_what_must_not_break_is_done(sent: signal.Sig
     finally:
         signal.signal(signal.SIGTERM, before)
     assert done == [sent]
+
+
+class _Dropping:
+    def __del__(self) -> None:
+        signal.raise_signal(signal.SIGINT)
+
+
+def test_an_interrupt_that_was_lost_is_not_raised_again_when_all_is_over() -> None:
+    """What C code makes of it comes first: the command ends, and the second would end the process.
+
+    An exception in a destructor is dropped; the interrupt comes again 10 ms later, here too late.
+    """
+    with pytest.raises(KeyboardInterrupt) as caught:
+        _drop_and_fail()
+    time.sleep(5 * AGAIN_SECONDS)
+    assert isinstance(caught.value.__cause__, RuntimeError)
+
+
+@every_interrupt()
+def _drop_and_fail() -> None:
+    _Dropping()
+    raise RuntimeError
 
 
 INTERRUPTED = """
