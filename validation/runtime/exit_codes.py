@@ -53,6 +53,9 @@ def _ended(app: typer.Typer, arguments: Sequence[str]) -> int:
         tell(message(usage_message(error, arguments)))
         return BAD_INPUT
     except Interrupted as interrupt:
+        # Python keeps in mind that an interrupt left an exec(), such as that of a dataclass which
+        # is being made, and lets `python -m` end by the signal at last; the next exec() forgets it
+        exec("")
         return _told(INTERRUPTED, f"interrupted; {interrupt}")
     except BrokenPipeError:
         raise

@@ -57,6 +57,32 @@ def _drop_and_fail() -> None:
     raise RuntimeError
 
 
+EXECUTED = """
+import typer
+from validation.runtime.exit_codes import exit_code
+
+app = typer.Typer()
+
+@app.command()
+def command():
+    exec("raise KeyboardInterrupt")
+
+if __name__ == "__main__":
+    raise SystemExit(exit_code(app, []))
+"""
+
+
+def test_an_interrupt_while_a_class_is_made_ends_with_the_same_code(tmp_path: Path) -> None:
+    """`python -m` ended by SIGINT, after the message."""
+    (tmp_path / "executed.py").write_text(EXECUTED, encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "-m", "executed"], cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(ROOT)}, capture_output=True, text=True, timeout=60,
+    )  # fmt: skip
+    assert done.returncode == 130, done.stderr
+    assert done.stderr == "crosscheck: interrupted; no file was left half written\n"
+
+
 INTERRUPTED = """
 import numpy as np
 from validation.runtime.executors import process_pool
