@@ -52,9 +52,4 @@ def _print_gears(gears: GearRun, terminal: Console) -> None:
         say(terminal, f"Mesh frequency of {stage}: {frequency:.4g} Hz")
     print_table(terminal, "Mesh forces", mesh_table(gears))
     say(terminal, *filter(None, (gears.loaded_sentence, *(s.sentence for s in gears.stability))))
-    for sensor in gears.sensors:
-        say(
-            terminal,
-            f"Sidebands at the ring of {sensor.stage}: as theory puts them to "
-            f"{sensor.deviation:.1%} of the largest line",
-        )
+    say(terminal, *(sensor.sentence for sensor in gears.sensors))

@@ -121,6 +121,7 @@ def _gears(result: SimulationResult) -> dict[str, Any] | None:
                 "frequency_hz": sensor.frequency,
                 "measured_n": rounded_lists(sensor.measured, 6),
                 "expected_n": rounded_lists(sensor.expected, 6),
+                "of_other_meshes": sensor.foreign.tolist(),
             }
             for sensor in gears.sensors
         ],

@@ -32,7 +32,7 @@ from mbs_models.stages.planet_set import PlanetSet
 from mbs_models.system.drivetrain import build_drivetrain
 from mbs_models.system.linearization import linearize, round_off_force
 
-from ..arrays import FloatArray
+from ..arrays import BoolArray, FloatArray
 from ..checks.check import Check
 from ..report.digits import engineering
 from ..routes.periodic_meshes import parametric
@@ -47,6 +47,7 @@ LEAST_TURNS = 4.0  # of a carrier in the measured part: a Hann window's lines ar
 # Samples transformed at once: spectra of a longer run are averaged, and a sensor hears its end.
 LONGEST_SPECTRUM = 1 << 20
 UNCHANGED = 1e-7  # relative, of a natural frequency
+RESOLVED = 2.0  # lines of a spectrum that two sines must be apart: half a Hann window's main lobe
 WINDOW_HARMONICS = 12  # of the transfer path from ring mesh to sensor
 
 
@@ -67,6 +68,9 @@ class RingSensor:
     orders, frequency, measured, expected
         Orders of the carrier around the mesh's harmonics, their frequencies (Hz), and the amplitude
         of each (N): as in the run, and from tooth numbers and the first planet's mesh force alone.
+    foreign
+        (n_line,) which of them lie on harmonics of other meshes, heard through the passing planets
+        too: theory knows this stage's mesh alone.
     """
 
     stage: str
@@ -77,11 +81,22 @@ class RingSensor:
     frequency: FloatArray
     measured: FloatArray
     expected: FloatArray
+    foreign: BoolArray
 
     @property
     def deviation(self) -> float:
-        """Largest difference of any line, of the largest line."""
-        return float(np.abs(self.measured - self.expected).max() / self.expected.max())
+        """Largest difference of any line that is not foreign, of the largest line."""
+        difference = np.abs(self.measured - self.expected)[~self.foreign]
+        return float(difference.max(initial=0.0) / self.expected.max())
+
+    @property
+    def sentence(self) -> str:
+        """How far run and theory are apart."""
+        left_out = int(self.foreign.sum())
+        words = f"{self.deviation:.2g} of the largest line"
+        if left_out:
+            words += f"; {left_out} of {len(self.foreign)} lines are other meshes' and left out"
+        return f"Sidebands at the ring of {self.stage}: run and theory differ by at most {words}."
 
 
 @dataclass(frozen=True)
@@ -306,7 +321,8 @@ def _sensors(
         for planets, _, ring in stage.planet_meshes():
             phases = [point.phases[name] for name in ring.names if name in point.phases]
             if phases:
-                sensors.append(_sensor(planets, ring, tone, phases, record))
+                others = [other.mesh_frequency for other in tones if other is not tone]
+                sensors.append(_sensor(planets, ring, tone, phases, record, others))
     return sensors
 
 
@@ -316,6 +332,7 @@ def _sensor(
     tone: MeshTone,
     phases: Sequence[float],
     record: TransientRecord,
+    others: Sequence[float],
 ) -> RingSensor:
     assert record.mesh_forces is not None
     rate, (_, teeth), count = record.sampling_frequency, planets.teeth, len(planets.planets)
@@ -352,6 +369,8 @@ def _sensor(
         [band.harmonic * tone.mesh_frequency + band.offset * passing for band in near]
     )
     shown = (frequency > 0.0) & (frequency < rate / 2.0)
+    heard = harmonics_heard(others, passing, rate / 2.0)
+    apart = RESOLVED * rate / len(time)
     return RingSensor(
         stage=planets.stage,
         passing=passing,
@@ -361,4 +380,14 @@ def _sensor(
         frequency=frequency[shown],
         measured=np.abs(line_amplitudes(felt, rate, frequency[shown])),
         expected=np.array([band.amplitude for band in near])[shown],
+        foreign=np.any(np.abs(frequency[shown, None] - heard) < apart, axis=1),
     )
+
+
+def harmonics_heard(meshes: Sequence[float], passing: float, highest: float) -> FloatArray:
+    """Where a sensor on a ring hears other meshes: k f ± m f_c (Hz)."""
+    passes = passing * np.arange(-WINDOW_HARMONICS, WINDOW_HARMONICS + 1)
+    centres = [
+        frequency * np.arange(1, int(highest / frequency) + 1) for frequency in meshes if frequency
+    ]
+    return np.asarray(np.add.outer(np.concatenate([np.empty(0), *centres]), passes)).ravel()

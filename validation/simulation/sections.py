@@ -234,7 +234,7 @@ def _sensor(sensor: RingSensor, highest: float) -> Section:
         "weighted by how near each planet is. Of the orders of the carrier only those remain in "
         "which the planets do not cancel (McFadden & Smith 1985); theory here is tooth numbers and "
         "the first planet’s mesh force alone.",
-        f"Largest difference between run and theory: {sensor.deviation:.2g} of the largest line.",
+        sensor.sentence,
     )
     blocks = (*words, Picture(figure))
     return Section(f"sensor-{sensor.stage}", f"Sidebands of {sensor.stage}", blocks)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fbs.signal.spectra import Spectrum
 from mbs_models.gears.operating_point import operating_point
 from mbs_models.modal.mode_kinds import Kind, family_bases
 from mbs_models.model.excitation import Excitation
@@ -16,6 +17,7 @@ from mbs_models.signals.lines import schroeder_multisine
 from tests.geared import lin_parker, speed_for
 from validation.errors import CommandError
 from validation.routes.floquet import parametric_system, tongues
+from validation.simulation.gear_run import RingSensor, harmonics_heard
 from validation.simulation.options import Options
 from validation.simulation.result import SimulationResult
 from validation.simulation.run import run_simulation
@@ -80,6 +82,20 @@ def test_sidebands_stand_where_tooth_numbers_put_them(planets: int) -> None:
     teeth = stage.ring.teeth
     assert teeth is not None
     assert sensor.passing * teeth == pytest.approx(2000.0, rel=0.02)  # teeth and radii: within 2 %
+
+
+def test_lines_of_other_meshes_are_no_sidebands() -> None:
+    """A reducer's mesh at 100 Hz is heard at 100 ± 2m and 200 ± 2m Hz; theory has 144 Hz alone."""
+    heard = harmonics_heard([100.0], 2.0, 250.0)
+    assert sorted(set(heard)) == [*np.arange(76.0, 125.0, 2.0), *np.arange(176.0, 225.0, 2.0)]
+    frequency = np.array([100.0, 144.0])
+    sensor = RingSensor(
+        "planetary", 2.0, Spectrum(frequency, np.ones((2, 1)), 1, 1.0), (), np.array([50, 72]),
+        frequency, np.array([9.0, 1.02]), np.array([0.0, 1.0]), np.array([True, False]),
+    )  # fmt: skip
+    assert sensor.deviation == pytest.approx(0.02)
+    left_out = "1 of 2 lines are other meshes' and left out."
+    assert sensor.sentence.endswith(f"0.02 of the largest line; {left_out}")
 
 
 @pytest.mark.parametrize("planets", SOME[1:])
