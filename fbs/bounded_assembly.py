@@ -15,9 +15,9 @@ from ._kernels.joint_scaling import joint_scaling
 from .axes import require_same_frequency
 from .coupling import refuse_ambiguous, rigid_groups
 from .damped_modes import rayleigh_coefficients
-from .errors import QuantityMismatchError, UnknownDofError, singular_kernel, unknown_dof
+from .errors import JointError, QuantityMismatchError, UnknownDofError, singular_kernel, unknown_dof
 from .frf import Frf, Quantity
-from .joints import Joint, Node
+from .joints import AnyJoint, Joint, Node
 from .modal_synthesis import modal_frf
 from .modal_truncation import TruncatedModes, truncate
 from .second_order_system import SecondOrderSystem
@@ -158,7 +158,7 @@ class Assembly:
     def of(
         cls,
         parts: Mapping[str, Part],
-        joints: Sequence[Joint],
+        joints: Sequence[AnyJoint],
         axis: FloatArray,
         rows: tuple[str, ...],
         columns: tuple[str, ...],
@@ -170,6 +170,7 @@ class Assembly:
         As `bounded_frf`.
         """
         labels = {name: _labels(part) for name, part in parts.items()}
+        joints = _single(joints)
         _require_ends(joints, labels)
         every = {name: dict.fromkeys(one + other) for name, (one, other) in labels.items()}
         refuse_ambiguous(every, rigid_groups(joints))
@@ -180,7 +181,7 @@ class Assembly:
         ports = {name: Ports.of(name, part, joints, owners) for name, part in parts.items()}
         used = {name: own for name, own in ports.items() if own.rows and own.columns}
         lines = {name: _on_lines(name, parts[name], axis, own) for name, own in used.items()}
-        return cls(axis, tuple(joints), lines, used, (rows, columns))
+        return cls(axis, joints, lines, used, (rows, columns))
 
     def place(self, response: int, excitation: int) -> tuple[str, int, int] | None:
         """Return the part that has both, and where; None if they are of different parts."""
@@ -311,6 +312,17 @@ def _labels(part: Part) -> tuple[tuple[str, ...], tuple[str, ...]]:
         return part.responses, part.excitations
     system = part.system if isinstance(part, TruncatedPart) else part
     return system.labels, system.labels
+
+
+def _single(joints: Sequence[AnyJoint]) -> tuple[Joint, ...]:
+    """Refuse joints whose round-off the bound does not know."""
+    for joint in joints:
+        if not isinstance(joint, Joint):
+            raise JointError(
+                f"{joint}: no guarantee for joints of several DoFs; what round-off does to their "
+                "kernel is bounded by couple alone (CoupledFrf.round_off)"
+            )
+    return tuple(joint for joint in joints if isinstance(joint, Joint))
 
 
 def _require_ends(

@@ -67,7 +67,7 @@ from ._kernels.checks import (
 from ._kernels.elimination import EPS
 from .bounded_assembly import Assembly, Coupled, Part, TruncatedPart, product
 from .frf import Frf, Quantity, computed_frf, require_same_layout
-from .joints import Joint
+from .joints import AnyJoint
 from .truncation_bound import Missing
 
 __all__ = ["BoundedFrf", "Part", "Reason", "TruncatedPart", "bounded_frf", "decibels"]
@@ -197,7 +197,7 @@ def decibels(bound: FloatArray, modulus: FloatArray) -> FloatArray:
 
 def bounded_frf(
     parts: Mapping[str, Part],
-    joints: Sequence[Joint],
+    joints: Sequence[AnyJoint],
     frequency: ArrayLike,
     responses: Iterable[str],
     excitations: Iterable[str],
@@ -209,7 +209,7 @@ def bounded_frf(
     parts : mapping of str to TruncatedPart, SecondOrderSystem or Frf
         Systems are complete; FRFs are receptances on the same lines, and taken as they are.
     joints : sequence of Joint
-        As for `couple`; none: a part's own FRFs.
+        As for `couple`, of one DoF each; none: a part's own FRFs.
     frequency : array, shape (nf,), Hz
     responses, excitations : labels
         Of any parts; a label that several of them have is the first one's.

@@ -14,7 +14,7 @@ from .coupled_bound import BoundedFrf, bounded_frf, decibels
 from .damped_modes import rayleigh_coefficients
 from .errors import FbsError, SingularLineError
 from .frf import Frf
-from .joints import Joint
+from .joints import AnyJoint, rows_of
 from .second_order_system import SecondOrderSystem
 from .truncation_bound import moving
 from .undamped_modes import RealModes, real_modes
@@ -112,7 +112,7 @@ class SmallestBasis:
 
 def smallest_basis(
     parts: Mapping[str, SecondOrderSystem | Frf],
-    joints: Sequence[Joint],
+    joints: Sequence[AnyJoint],
     frfs: Iterable[Pair],
     frequency: ArrayLike,
     tolerance: Tolerance | float,
@@ -194,7 +194,7 @@ class _Search:
 
     given: dict[str, Frf]
     ladders: dict[str, _Ladder]
-    joints: tuple[Joint, ...]
+    joints: tuple[AnyJoint, ...]
     pairs: list[Pair]
     axis: FloatArray
     tolerance: Tolerance
@@ -206,7 +206,7 @@ class _Search:
     def of(
         cls,
         parts: Mapping[str, SecondOrderSystem | Frf],
-        joints: Sequence[Joint],
+        joints: Sequence[AnyJoint],
         pairs: list[Pair],
         axis: FloatArray,
         tolerance: Tolerance,
@@ -217,7 +217,7 @@ class _Search:
         for name, part in parts.items():
             if isinstance(part, Frf):
                 continue
-            ends = (end for joint in joints for end in (joint.first, joint.second))
+            ends = (end for joint in rows_of(joints) for end in (joint.first, joint.second))
             joined = [label for owner, label in ends if owner == name]
             ports = dict.fromkeys([*joined, *(label for label in asked if label in part.labels)])
             ladders[name] = _Ladder.of(part, ports, largest_order)

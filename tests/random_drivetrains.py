@@ -204,8 +204,9 @@ class Whole:
                 ties = ties - np.outer(ties[:, follower], row / row[follower])
                 ties[np.abs(ties) < 1e-14] = 0.0
             else:
-                stiffness += joint.stiffness * np.outer(v, v)
-                damping += joint.damping * np.outer(v, v)
+                spring, damper = joint.spring
+                stiffness += spring * np.outer(v, v)
+                damping += damper * np.outer(v, v)
         ties = ties[:, np.abs(ties).max(axis=0) > 0]
         m, c, k = (ties.T @ matrix @ ties for matrix in (mass, damping, stiffness))
         return cls(m, c, k, {node: ties[at] for node, at in place.items()})
