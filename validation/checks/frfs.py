@@ -14,7 +14,7 @@ from fbs import Frf, SecondOrderSystem, real_modes
 from mbs_models.modal.mode_kinds import rigid_body_count, scaled_singular_values
 
 from ..arrays import ComplexArray, FloatArray
-from ..routes.routes import MatrixRoute, kernel_condition
+from ..routes.routes import MatrixRoute, Route, kernel_condition
 from ..routes.source import Source
 from ..runtime.progress import Progress
 from .check import Check
@@ -293,15 +293,9 @@ def frf_checks(
 
     Where a line exceeds its tolerance, both FRFs' own bound of their round-off counts.
     """
-    allowed = np.maximum(FRF_TOLERANCE, floor)
-    excess = comparison.line_max / allowed
-    doubtful = np.flatnonzero(~(excess <= 1.0))
-    worst = int(np.argmax(excess))
-    if doubtful.size and comparison.line_max[worst] <= line_round_off(
-        reference, route, frequency[[worst]]
-    ):  # else the others do not matter any more
-        own = line_round_off(reference, route, frequency[doubtful])
-        allowed[doubtful] = np.maximum(allowed[doubtful], own)
+    allowed = with_round_off(
+        np.maximum(FRF_TOLERANCE, floor), comparison.line_max, reference, route, frequency
+    )
     excess = comparison.line_max / allowed
     worst = int(np.argmax(excess))
     findings: tuple[str, ...] = ()
@@ -338,16 +332,46 @@ def frf_checks(
     ]  # fmt: skip
 
 
-def line_round_off(reference: MatrixRoute, route: MatrixRoute, frequency: FloatArray) -> FloatArray:
+def with_round_off(
+    allowed: FloatArray,
+    line_max: FloatArray,
+    reference: Route,
+    route: Route,
+    frequency: FloatArray,
+) -> FloatArray:
+    """What is allowed of each line, with two routes' own bound of their round-off where it counts.
+
+    That is where a line exceeds what is allowed, and if it explains the worst one; else the others
+    do not matter any more.
+    """
+    excess = line_max / allowed
+    doubtful = np.flatnonzero(~(excess <= 1.0))
+    worst = int(np.argmax(excess))
+    if not doubtful.size or not line_max[worst] <= line_round_off(
+        reference, route, frequency[[worst]]
+    ):
+        return allowed
+    raised = allowed.copy()
+    own = line_round_off(reference, route, frequency[doubtful])
+    raised[doubtful] = np.maximum(raised[doubtful], own)
+    return raised
+
+
+def line_round_off(reference: Route, route: Route, frequency: FloatArray) -> FloatArray:
     """Largest scaled error, by line, that the bounds of two routes' round-off leave room for.
 
-    Zero where that is one or more: round-off that may be anything explains nothing.
+    Between the labels that both have. Zero where that is one or more: round-off that may be
+    anything explains nothing.
     """
-    ours = reference.frf(frequency)
-    theirs = route.frf(frequency).select(ours.responses, ours.excitations)
-    bound = (ours.round_off + theirs.round_off).transpose(1, 2, 0)
-    norms = row_norms(ours).T
-    largest = np.sqrt(squared_errors(bound, error_scale(norms, norms)).max(axis=(0, 1)))
+    ours, theirs = reference.frf(frequency), route.frf(frequency)
+    norm = dict(zip(ours.responses, row_norms(ours).T, strict=True))
+    labels = [
+        [label for label in have if label in norm]
+        for have in (theirs.responses, theirs.excitations)
+    ]
+    bound = (ours.select(*labels).round_off + theirs.select(*labels).round_off).transpose(1, 2, 0)
+    rows, columns = (np.array([norm[label] for label in some]) for some in labels)
+    largest = np.sqrt(squared_errors(bound, error_scale(rows, columns)).max(axis=(0, 1)))
     return np.where(largest < 1.0, largest, 0.0)
 
 
@@ -368,8 +392,13 @@ def _frf_findings(
     worst = f"largest at {at:g} Hz: response {response}, excitation {excitation}"
     lines = _spread_lines(frequency)
     dofs = system.dofs
-    ours, theirs = (r.frf(lines, dofs, dofs).values for r in (reference, route))
-    return (worst, *describe(locate(lines, ours, theirs, dofs)))
+    ours, theirs = (r.frf(lines, dofs, dofs) for r in (reference, route))
+    round_off = ours.round_off + theirs.round_off
+    try:
+        found = locate(lines, ours.values, theirs.values, round_off, dofs)
+    except np.linalg.LinAlgError:
+        return (worst, "not traced to entries of M, C, K: the FRFs of all DoFs have no inverse")
+    return (worst, *(describe(found) or ("no entry of M, C or K stands out of round-off",)))
 
 
 def _spread_lines(frequency: FloatArray, count: int = 24) -> FloatArray:

@@ -116,6 +116,7 @@ def cross_check(
             "swap",
             lambda: what_changes(
                 exudyn,
+                reference,
                 candidates[-1],
                 substitutions,
                 compared,
