@@ -9,9 +9,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ._kernels.blocks import SPAN, each, stretches
-from ._kernels.checks import ComplexArray, positions, unique_labels
+from ._kernels.checks import ComplexArray, FloatArray, positions, unique_labels
 from ._kernels.finite import square_sum, surely_finite
 from .frf import Frf
+
+Values = ComplexArray | FloatArray
 
 LINES = 1024
 """Lines of a span, at least."""
@@ -89,7 +91,7 @@ class Layout:
             wanted,
             driven,
             tuple(rows[label] for label in wanted),
-            {name: _runs(name, places) for name in substructures},
+            {name: runs(name, places) for name in substructures},
         )
 
 
@@ -102,18 +104,18 @@ def owners(labels: Mapping[str, Sequence[str]]) -> dict[str, tuple[str, int]]:
     return owners
 
 
-def _runs(name: str, places: Sequence[tuple[str, int]]) -> list[Columns]:
+def runs(name: str, places: Sequence[tuple[str, int]]) -> list[Columns]:
     """Cut the excitations into runs that are contiguous on both sides, or another's."""
-    runs: list[Columns] = []
+    found: list[Columns] = []
     for place, (owner, position) in enumerate(places):
         own = slice(position, position + 1) if owner == name else None
         run = Columns(slice(place, place + 1), own)
-        joined = runs[-1].joined(run) if runs else None
+        joined = found[-1].joined(run) if found else None
         if joined is None:
-            runs.append(run)
+            found.append(run)
         else:
-            runs[-1] = joined
-    return runs
+            found[-1] = joined
+    return found
 
 
 def assemble(
@@ -214,17 +216,14 @@ class _Rows:
                 out = self.values[row, place]
                 base = None if same is None else frf[same]
                 terms = [(self.forces[joint, place], gain) for joint, gain in gains]
-                _add_up(out, base, terms, scratch[: len(out)])
+                add_up(out, base, terms, scratch[: len(out)])
                 if not (bounded and base is None) and not surely_finite(out):
                     self.doubtful.append(row)
         self.spare.append(scratch)
 
 
-def _add_up(
-    out: ComplexArray,
-    base: ComplexArray | None,
-    terms: Sequence[tuple[ComplexArray, ComplexArray]],
-    scratch: ComplexArray,
+def add_up(
+    out: Values, base: Values | None, terms: Sequence[tuple[Values, Values]], scratch: Values
 ) -> None:
     """Write base + sum of forces times gain, touching `out` as seldom as may be."""
     for forces, gain in terms:

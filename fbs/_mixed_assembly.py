@@ -19,7 +19,7 @@ from ._kernels.blocks import each, stretches
 from ._kernels.checks import ComplexArray, FloatArray
 from ._kernels.elimination import EPS, Blocks, Enclosure, eliminate
 from .frf import Frf, Quantity
-from .joints import Joint, ends_of
+from .joints import Joint, ends_of, matrix_rows
 from .second_order_system import SystemOrigin, differentiated
 
 BLOCK = 64
@@ -243,14 +243,29 @@ class _Equations:
             whole[:, rows, : e + n_joint] = part.right
             whole[:, : r + n_joint, columns] = -part.left
             at += z.shape[1]
+        matrices = matrix_rows(self.joints)
+        for matrix, own in matrices:
+            _weigh(whole, error, matrix.dynamic_stiffness(omega), [r + k for k in own])
+        grouped = {k for _, own in matrices for k in own}
         for k, joint in enumerate(self.joints):
             if not joint.rigid:
-                stiffness = joint.dynamic_stiffness(omega)[:, None]
-                whole[:, r + k] *= stiffness
-                error[:, r + k] *= np.abs(stiffness)
+                if k not in grouped:
+                    stiffness = joint.dynamic_stiffness(omega)[:, None]
+                    whole[:, r + k] *= stiffness
+                    error[:, r + k] *= np.abs(stiffness)
                 whole[:, r + k, e + k] += 1.0
         error += 6 * EPS * np.abs(whole)
         return _bordered(whole, r, e), _bordered(error, r, e)
+
+
+def _weigh(
+    whole: ComplexArray, error: FloatArray, stiffness: ComplexArray, rows: list[int]
+) -> None:
+    """Multiply rows by a matrix Z; a sum of n products rounds by (n + 5) eps of their moduli."""
+    moduli = np.abs(stiffness)
+    rounding = (len(rows) + 5) * EPS * np.abs(whole[:, rows])
+    error[:, rows] = moduli @ (error[:, rows] + rounding)
+    whole[:, rows] = stiffness @ whole[:, rows]
 
 
 def _bordered(whole: NDArray[Any], r: int, e: int) -> Blocks:

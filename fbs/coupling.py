@@ -28,13 +28,35 @@ from .errors import (
     unknown_dof,
 )
 from .frf import Frf, Quantity, computed_frf
-from .joints import Joint, Node, ends_of
+from .joints import AnyJoint, Flexible, Joint, Node, ends_of, rows_of
 from .second_order_system import SystemOrigin
 
 LINES = 4096
 """Lines at once of what stays in the cache."""
 
 Groups = Mapping[Node, tuple[Node, float]]
+
+
+@dataclass(frozen=True, eq=False)
+class Interface:
+    """What is joined, and how: for what follows from the coupling besides the FRFs.
+
+    Parameters
+    ----------
+    layout : Layout
+        Of the responses and excitations.
+    frfs : mapping of str to complex array, shape (n_response, n_excitation, nf)
+        Of the substructures.
+    ends : mapping of str to list of End
+        Entries of B in each.
+    inverse : complex array, shape (n_joint, n_joint, nf)
+        (B Y B^T + Z^-1)^-1.
+    """
+
+    layout: Layout
+    frfs: Mapping[str, ComplexArray]
+    ends: Mapping[str, list[End]]
+    inverse: ComplexArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,12 +70,12 @@ class CoupledFrf:
     kernel_condition : array, shape (nf,)
         How many times larger a relative error of the substructures' interface FRFs is in the
         joint forces. What the subtraction loses on top is in `round_off`.
-    joints : tuple of Joint
+    joints : tuple of Joint or MatrixJoint
     """
 
     frf: Frf
     kernel_condition: FloatArray
-    joints: tuple[Joint, ...]
+    joints: tuple[AnyJoint, ...]
 
     @property
     def held(self) -> Mapping[str, NDArray[np.bool_]]:
@@ -70,11 +92,11 @@ class CoupledFrf:
 @door
 def couple(
     substructures: Mapping[str, Frf],
-    joints: Sequence[Joint],
+    joints: Sequence[AnyJoint],
     responses: Iterable[str] | None = None,
     excitations: Iterable[str] | None = None,
 ) -> CoupledFrf:
-    """Couple: Y_c = Y - Y B^T (B Y B^T + Z^-1)^-1 B Y, Z = k + jwc per joint.
+    """Couple: Y_c = Y - Y B^T (B Y B^T + Z^-1)^-1 B Y, Z the joints' dynamic stiffness.
 
     The dual form of de Klerk, Rixen & Voormeeren (2008), General framework for dynamic
     substructuring, AIAA J. 46(5), with B one signed row per joint (+1 first, -n second) and
@@ -87,6 +109,9 @@ def couple(
     flexible joints its kernel is (A_H_cc + B_H_cc + K_s^-1)^-1, inverted as a whole; the printed
     formula lacks that inverse.
 
+    Of a joint of several DoFs Z = U S W^H, line by line: along U and W it is a set of springs S of
+    one DoF each, and the kernel W^H B Y B^T U + S^-1 has none of a direction without stiffness.
+
     A part that the joints hold to less than `HELD` of its receptance at one of them, as a free
     light part on a stiff one, is coupled by its dynamic stiffness on these lines, if its FRFs are
     those of a system, see `MixedAssembly`: the difference Y - Y B^T (...) B Y loses |Y| / |Y_c|.
@@ -96,7 +121,7 @@ def couple(
     substructures : mapping of str to Frf
         All on one frequency axis and of one quantity. Responses and excitations may differ, but
         the DoFs of a joint must be both.
-    joints : sequence of Joint
+    joints : sequence of Joint or MatrixJoint
         Between any substructures, or within one (a loop closed). None: they stay side by side,
         and no force passes.
     responses, excitations : labels, optional
@@ -118,8 +143,18 @@ def couple(
         A rigid joint that follows from the others.
     AmbiguousDofError, UnknownDofError, AxisMismatchError, QuantityMismatchError
     """
+    return coupled(substructures, joints, responses, excitations)[0]
+
+
+def coupled(
+    substructures: Mapping[str, Frf],
+    joints: Sequence[AnyJoint],
+    responses: Iterable[str] | None = None,
+    excitations: Iterable[str] | None = None,
+) -> tuple[CoupledFrf, Interface]:
+    """Couple, and return the interface too; see `couple`."""
     axis, quantity = _common_axis(substructures)
-    joints = tuple(joints)
+    given, joints = tuple(joints), rows_of(joints)
     for joint in joints:
         _require_interface(joint, substructures)
     refuse_ambiguous(
@@ -127,7 +162,7 @@ def couple(
         rigid_groups(joints),
     )
     layout = Layout.of(substructures, responses, excitations)
-    interface = _Interface(
+    interface = _Kernels(
         {name: frf.values.transpose(1, 2, 0) for name, frf in substructures.items()},
         {name: _ends(name, frf, joints) for name, frf in substructures.items()},
         joints,
@@ -155,7 +190,8 @@ def couple(
         finite,
         origin,
     )
-    return CoupledFrf(frf, sealed(kernel.condition), joints)
+    known = Interface(layout, interface.frfs, interface.ends, kernel.inverse)
+    return CoupledFrf(frf, sealed(kernel.condition), given), known
 
 
 def _origin(
@@ -303,7 +339,7 @@ class _Kernel:
 
 
 @dataclass(frozen=True, eq=False)
-class _Interface:
+class _Kernels:
     """Substructures' FRFs (n_response, n_excitation, nf), and the ends of the joints in each."""
 
     frfs: dict[str, ComplexArray]
@@ -350,9 +386,12 @@ class _Interface:
         The condition is ||S (spread + |1/Z|) S|| ||G^-1||, for one joint
         (|h_a| + |h_b| + |1/Z|) / |h_a + h_b + 1/Z|.
         """
+        flexible = Flexible.of(self.joints, omega, (1j * omega) ** quantity.derivative)
         kernel, spread = self._kernel(lines)
+        kernel = flexible.to_springs(kernel)
+        spread = flexible.to_springs(spread, moduli=True)
         diagonal = np.arange(len(kernel))
-        scale, own = joint_scaling(spread[diagonal, diagonal], self._stiffness(omega, quantity))
+        scale, own = joint_scaling(spread[diagonal, diagonal], flexible.values)
         both = scale[:, None] * scale
         scaled, bound = kernel * both, spread * both
         for k, flexibility in own.items():
@@ -362,16 +401,8 @@ class _Interface:
         inverse = inverse.transpose(1, 2, 0)
         condition = _row_sum_norm(bound) * _row_sum_norm(inverse)
         condition[singular] = np.inf
-        return np.asarray(inverse * both, dtype=complex), condition
-
-    def _stiffness(self, omega: FloatArray, quantity: Quantity) -> dict[int, ComplexArray]:
-        """Return Z of the flexible joints, per displacement, velocity or acceleration."""
-        factor = (1j * omega) ** quantity.derivative
-        return {
-            k: joint.dynamic_stiffness(omega) / factor
-            for k, joint in enumerate(self.joints)
-            if not joint.rigid
-        }
+        unscaled = np.asarray(inverse * both, dtype=complex)
+        return flexible.from_springs(unscaled), condition
 
     def _kernel(self, lines: slice) -> tuple[ComplexArray, FloatArray]:
         """Return B Y B^T and the sum of the moduli that make it up, shape (nj, nj, lines)."""

@@ -38,11 +38,16 @@ import numpy as np
 
 from ._kernels import batched
 from ._kernels.checks import ComplexArray, FloatArray, positions, read_only, unique_labels
+from ._kernels.door import door
 from .axes import require_same_frequency
 from .errors import FbsError, QuantityMismatchError, SingularLineError
 from .frf import Frf
+from .second_order_system import SecondOrderSystem
 
 EPS = float(np.finfo(float).eps)
+ROUNDED = 1e-12
+"""Of √(a_ii a_jj): what sums of a few dozen elements leave of an entry that cancels."""
+NO_INTERFACE = "decoupling needs at least one interface DoF"
 Form = Literal["standard", "mixed", "extended"]
 
 
@@ -91,6 +96,48 @@ class DecoupledFrf:
         with np.errstate(divide="ignore"):
             return np.asarray(-np.log10(self.bound(relative) / np.abs(self.frf.values)))
 
+    def require_stable(self, interface: Iterable[str], relative: float = EPS) -> None:
+        """Refuse a part whose static stiffness at the interface is negative: `known` is too stiff.
+
+        A passive part has Z(s) = K - s M - Σ s c_r/(p_r - s) at its interface, s = ω², K and c_r
+        positive semi-definite, so that of any two lines
+
+            (s_2 Z_1 - s_1 Z_2)/(s_2 - s_1) = K + Σ c_r s_1 s_2/((p_r - s_1)(p_r - s_2))
+
+        has no negative eigenvalue unless a pole lies between them. Refused is what has one for
+        every pair 1.2 or 1.4 apart in frequency in the first octave, beyond three standard
+        deviations; with fewer than three such pairs nothing is.
+
+        Parameters
+        ----------
+        interface
+            Labels of this part.
+        relative
+            Standard deviation of the data, as in `spread`.
+
+        Raises
+        ------
+        FbsError
+        """
+        at = unique_labels(interface, "the interface")
+        y = self.frf.band(np.nextafter(0.0, 1.0)).to("receptance").select(at, at)
+        rows = positions(at, self.frf.responses, "the part")
+        columns = positions(at, self.frf.excitations, "the part")
+        size = np.abs(y.omega[:, None, None]) ** self.frf.quantity.derivative
+        spread = self.spread(relative)[-y.frequency.size :, rows][:, :, columns] / size
+        z, singular = batched.inverse(y.values)
+        if singular.any():
+            return
+        sigma: FloatArray = np.linalg.norm(np.abs(z) @ spread @ np.abs(z), axis=(1, 2))
+        least = np.concatenate([_static(y.frequency, z.real, sigma, step) for step in (1.2, 1.4)])
+        if least.size < 3 or least.max() >= 0.0:
+            return
+        raise FbsError(
+            f"the known part is stiffer than the assembly at {', '.join(at)}: what is left would "
+            f"have a static stiffness of {np.median(least):.3g} N/m or less, by its lines between "
+            f"{y.frequency[0]:g} and {2.8 * y.frequency[0]:.3g} Hz"
+        )
+
     def _moment(self, power: int, assembly: float, known: float) -> FloatArray:
         of_assembly = (assembly * np.abs(self._assembly)) ** power
         of_known = (known * np.abs(self._known)) ** power
@@ -99,6 +146,7 @@ class DecoupledFrf:
         return np.asarray(left @ of_assembly @ right + to @ of_known @ fro)
 
 
+@door
 def decouple(
     assembly: Frf,
     known: Frf,
@@ -202,6 +250,7 @@ def _differences(
     return found
 
 
+@door
 def decouple_primal(assembly: Frf, known: Frf, interface: Iterable[str]) -> Frf:
     """Take a known part off by impedances: Z_A = Z − Z^B, on the labels that stay.
 
@@ -229,16 +278,91 @@ def decouple_primal(assembly: Frf, known: Frf, interface: Iterable[str]) -> Frf:
     return Frf(assembly.frequency, _inverted(left, kept), kept, kept, assembly.quantity)
 
 
+@door
+def decouple_systems(
+    assembly: SecondOrderSystem, known: SecondOrderSystem, interface: Iterable[str]
+) -> SecondOrderSystem:
+    """Take a known part off by its matrices: M, C, K of the assembly less its own.
+
+    Parameters
+    ----------
+    assembly, known
+        A DoF has the same label in both; every DoF of the known part is one of the assembly.
+    interface
+        Labels at which the parts were joined: they stay.
+
+    Raises
+    ------
+    FbsError
+        The known part is not in the assembly: something is left at a DoF inside it, or what is
+        left at the interface has a negative mass or stiffness.
+    """
+    interface = unique_labels(interface, "the interface")
+    if not interface:
+        raise FbsError(NO_INTERFACE)
+    positions(interface, known.dofs, "the known part")
+    place = positions(known.dofs, assembly.dofs, "the assembly")
+    if assembly.loss_factor != known.loss_factor:
+        raise FbsError(
+            f"loss factors {assembly.loss_factor:g} and {known.loss_factor:g}: matrices with "
+            "different ones cannot be subtracted"
+        )
+    stay = [k for k, d in enumerate(assembly.dofs) if d in interface or d not in known.dofs]
+    inside = [k for k in range(len(assembly.dofs)) if k not in stay]
+    left = {}
+    for name in ("mass", "damping", "stiffness"):
+        matrix = np.array(getattr(assembly, name))
+        size = np.sqrt(np.abs(np.diag(matrix)))
+        allowed = ROUNDED * np.outer(size, size)
+        matrix[np.ix_(place, place)] -= getattr(known, name)
+        wrong = np.abs(matrix) > allowed
+        for k in inside:
+            if wrong[k].any() or wrong[:, k].any():
+                raise FbsError(
+                    f"the known part is not in the assembly: {name} is left at "
+                    f"{assembly.dofs[k]!r}, which is inside it"
+                )
+        left[name] = matrix[np.ix_(stay, stay)]
+        _require_positive(left[name], allowed[np.ix_(stay, stay)], name, interface)
+    dofs = tuple(assembly.dofs[k] for k in stay)
+    derived = {label: tie for label, tie in assembly.derived.items() if tie[0] in dofs}
+    return SecondOrderSystem(
+        left["mass"], left["damping"], left["stiffness"], dofs, derived, assembly.loss_factor
+    )
+
+
+def _require_positive(
+    matrix: FloatArray, allowed: FloatArray, name: str, interface: Sequence[str]
+) -> None:
+    least = float(np.linalg.eigvalsh((matrix + matrix.T) / 2.0)[0])
+    if least < -float(np.linalg.norm(allowed)):
+        more = {"mass": "heavier", "damping": "more damped", "stiffness": "stiffer"}[name]
+        raise FbsError(
+            f"the known part is {more} than the assembly at {', '.join(interface)}: what is left "
+            f"has a {name} of {least:.3g}"
+        )
+
+
+def _static(axis: FloatArray, z: FloatArray, sigma: FloatArray, step: float) -> FloatArray:
+    """Upper end of the least eigenvalue of (s_2 Z_1 - s_1 Z_2)/(s_2 - s_1), of every pair."""
+    first = np.flatnonzero((axis <= 2.0 * axis[0]) & (step * axis <= axis[-1]))
+    second = np.searchsorted(axis, step * axis[first])
+    s_1, s_2 = axis[first] ** 2, axis[second] ** 2
+    one, two = s_2 / (s_2 - s_1), s_1 / (s_2 - s_1)
+    static = one[:, None, None] * z[first] - two[:, None, None] * z[second]
+    error = np.hypot(one * sigma[first], two * sigma[second])
+    least = np.linalg.eigvalsh((static + static.transpose(0, 2, 1)) / 2.0)[:, 0]
+    return np.asarray(least + 3.0 * error)
+
+
 def _rows(
     interface: tuple[str, ...], internal: tuple[str, ...], form: Form | None
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Labels of compatibility and of equilibrium."""
     if not interface:
-        raise FbsError("decoupling needs at least one interface DoF")
+        raise FbsError(NO_INTERFACE)
     if form is None:
         form = "mixed" if internal else "standard"
-    if form not in ("standard", "mixed", "extended"):
-        raise FbsError(f"form = {form!r}: must be standard, mixed or extended")
     if (form == "standard") == bool(internal):
         raise FbsError(
             f"form = {form!r} with {len(internal)} internal labels: the standard form takes none, "

@@ -26,6 +26,7 @@ from scipy.stats import norm
 
 from ._kernels import batched
 from ._kernels.checks import ComplexArray, FloatArray
+from ._kernels.door import door
 from .axes import require_same_frequency
 from .errors import FbsError, SingularLineError
 from .frf import Frf, Quantity
@@ -69,7 +70,7 @@ class Spring:
     stiffness, damping
         N/m, N s/m.
     stiffness_interval, damping_interval
-        Half-widths of the 95 % intervals.
+        Half-widths of the 95 % intervals; where the residual is above 1, as many times wider.
     residual
         Root mean square of the misfit over its spread: about 1 where a spring and a dashpot are
         all there is.
@@ -108,6 +109,7 @@ class Spring:
         return "; ".join(told)
 
 
+@door
 def joint_in_situ(assembly: Frf, at: Pairs, relative: float = EPS) -> JointStiffness:
     """Z_J = −[(Y_AB)⁻¹]_ab of the assembly's FRFs at both sides of the joint.
 
@@ -137,6 +139,7 @@ def joint_in_situ(assembly: Frf, at: Pairs, relative: float = EPS) -> JointStiff
     return JointStiffness(y.frequency, tuple(at), -inverse[:, :n, n:], np.sqrt(variance[:, :n, n:]))
 
 
+@door
 def joint_between(
     assembly: Frf, first: Frf, second: Frf, at: Pairs, relative: float = EPS
 ) -> JointStiffness:
@@ -179,7 +182,8 @@ def joint_between(
     return JointStiffness(lines, tuple(at), joined - apart, np.sqrt(variance))
 
 
-def spring(joint: JointStiffness, pair: int = 0) -> Spring:
+@door
+def fit_spring(joint: JointStiffness, pair: int = 0) -> Spring:
     """Fit k + jωc to the diagonal entry of a pair; the lines weighted by their spread.
 
     Raises
@@ -196,13 +200,15 @@ def spring(joint: JointStiffness, pair: int = 0) -> Spring:
     pull = np.sum(weight * omega**2)
     damping = float(np.sum(weight * omega * z.imag) / pull)
     misfit = (z - stiffness - 1j * omega * damping) / (sigma * np.sqrt(2.0))
-    half = float(norm.ppf(0.5 + CONFIDENCE / 2.0))
+    residual = float(np.sqrt(np.mean(np.abs(misfit) ** 2)))
+    # lines scatter by more than was said: their scatter is the better estimate
+    half = float(norm.ppf(0.5 + CONFIDENCE / 2.0)) * max(1.0, residual)
     return Spring(
         stiffness=stiffness,
         damping=damping,
         stiffness_interval=half / float(np.sqrt(np.sum(weight))),
         damping_interval=half / float(np.sqrt(pull)),
-        residual=float(np.sqrt(np.mean(np.abs(misfit) ** 2))),
+        residual=residual,
     )
 
 

@@ -29,6 +29,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ._kernels.checks import ComplexArray, FloatArray, positions, unique_labels
+from ._kernels.door import door
 from .axes import require_same_frequency
 from .errors import FbsError
 from .frf import Frf
@@ -39,6 +40,7 @@ SPAN = 1e-9
 """Smallest over largest singular value that still counts as one more direction."""
 
 
+@door
 def serep_expansion(modes: RealModes, measured: Iterable[str]) -> FloatArray:
     """Φ Φ_c⁺, (n_dof, n_measured): motion of every DoF from that of the measured ones.
 
@@ -79,6 +81,7 @@ class MixedFrf:
     excitations: Mapping[str, FloatArray]
 
 
+@door
 def semm(
     model: Frf,
     measured: Frf,
@@ -105,8 +108,6 @@ def semm(
         raise FbsError("the model's responses and excitations differ; give FRFs of all against all")
     if model.quantity != measured.quantity:
         raise FbsError(f"model and measurement: {model.quantity} against {measured.quantity}")
-    if form not in ("basic", "extended"):
-        raise FbsError(f"form = {form!r}: must be basic or extended")
     require_same_frequency(model.frequency, measured.frequency, "model's and measured axes differ")
     every = model.responses
     whole = model.select(every, every).values
@@ -171,6 +172,7 @@ class SingularBasis:
         return Frf(frf.frequency, values, rows, columns, frf.quantity)
 
 
+@door
 def singular_basis(
     frf: Frf, responses: Iterable[str], excitations: Iterable[str], rank: int
 ) -> SingularBasis:

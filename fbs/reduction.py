@@ -16,6 +16,7 @@ the others s, Φ and Θ the modes of the free and of the held part (interface b 
 `macneal`          Rubin's without the mass of G_b g (MacNeal 1971, Comput. Struct. 1, 581)
 `dual_craig_bampton`  q, g and u_b kept: u_b = Φ_b q + (G_bb + ω² G_bᵀM G_b) g (Rixen 2004,
                    J. Comput. Appl. Math. 168, 383)
+`projected`        u = V p, of any vectors V
 =================  =====================================================================
 
 At the interface the last three are what `truncate` writes down at once: with R_0 = G and
@@ -31,7 +32,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._kernels.checks import FloatArray, positions, read_only, unique_labels
+from ._kernels import checks
+from ._kernels.checks import FloatArray, numbers, positions, read_only, unique_labels
+from ._kernels.door import door
 from .errors import FbsError
 from .frf import Frf, Quantity
 from .modal_truncation import truncate
@@ -99,6 +102,7 @@ class Reduction:
 # Masters and slaves
 
 
+@door
 def guyan(system: SecondOrderSystem, masters: Iterable[str]) -> Reduction:
     """Static condensation: u_s = −K_ss⁻¹ K_sm u_m; see the module for all methods.
 
@@ -118,6 +122,7 @@ def guyan(system: SecondOrderSystem, masters: Iterable[str]) -> Reduction:
     return dynamic(system, masters, 0.0)
 
 
+@door
 def dynamic(system: SecondOrderSystem, masters: Iterable[str], frequency: float) -> Reduction:
     """Condense with Z = K − ω₀²M: exact at ω₀ = 2π `frequency` (Hz), Guyan's at 0 Hz.
 
@@ -126,13 +131,13 @@ def dynamic(system: SecondOrderSystem, masters: Iterable[str], frequency: float)
     FbsError
         The frequency is no finite number, or an eigenfrequency with the masters held.
     """
-    if not (np.isfinite(frequency) and frequency >= 0.0):
-        raise FbsError(f"frequency = {frequency}: must be a finite number of Hz, not negative")
+    frequency = checks.scalar(frequency, "the frequency", 0.0, checks.HIGHEST)
     split = _Split.of(system, masters)
     at = system.stiffness - (2.0 * np.pi * frequency) ** 2 * system.mass
     return split.reduction(-_solved(at[np.ix_(split.s, split.s)], at[np.ix_(split.s, split.m)]))
 
 
+@door
 def irs(system: SecondOrderSystem, masters: Iterable[str], iterations: int = 1) -> Reduction:
     """t ← t_G + K_ss⁻¹ (M_sm + M_ss t) M_R⁻¹ K_R, from Guyan's t_G.
 
@@ -158,6 +163,7 @@ def irs(system: SecondOrderSystem, masters: Iterable[str], iterations: int = 1) 
     return split.reduction(follow)
 
 
+@door
 def serep(
     system: SecondOrderSystem, masters: Iterable[str], modes: RealModes | None = None
 ) -> Reduction:
@@ -194,6 +200,7 @@ def serep(
 # Interface and modes
 
 
+@door
 def craig_bampton(system: SecondOrderSystem, interface: Iterable[str], count: int) -> Reduction:
     """u = Ψ u_b + Θ q: static shapes of the interface and `count` modes with it held.
 
@@ -213,6 +220,7 @@ def craig_bampton(system: SecondOrderSystem, interface: Iterable[str], count: in
     return _ritz(system, basis, (*split.masters, *_names("q", count)))
 
 
+@door
 def rubin(system: SecondOrderSystem, interface: Iterable[str], count: int) -> Reduction:
     """u = Φ q + G_b g, with g = G_bb⁻¹ (u_b − Φ_b q): modes of the free part and its interface.
 
@@ -231,6 +239,7 @@ def rubin(system: SecondOrderSystem, interface: Iterable[str], count: int) -> Re
     return _ritz(system, free.basis, free.labels)
 
 
+@door
 def macneal(system: SecondOrderSystem, interface: Iterable[str], count: int) -> Reduction:
     """Rubin's coordinates with the inertia and damping of the residual motion G_b g left out.
 
@@ -247,6 +256,7 @@ def macneal(system: SecondOrderSystem, interface: Iterable[str], count: int) -> 
     return _reduced(system, (mass, damping, stiffness), free.basis, free.labels)
 
 
+@door
 def dual_craig_bampton(
     system: SecondOrderSystem, interface: Iterable[str], count: int
 ) -> Reduction:
@@ -276,6 +286,30 @@ def dual_craig_bampton(
     basis[free.b] = np.eye(b, 2 * b + count)
     labels = (*free.labels, *_names("g", b))
     return _reduced(system, (mass, damping, stiffness), basis, labels)
+
+
+@door
+def projected(system: SecondOrderSystem, vectors: ArrayLike) -> Reduction:
+    """u = V p: a basis of one's own, such as Krylov's (`ReducedFrf.vectors`) or measured shapes.
+
+    Parameters
+    ----------
+    vectors : array, shape (n_dof, n_reduced)
+        Linearly independent.
+
+    Raises
+    ------
+    FbsError
+        Vectors of another shape, or dependent to working precision.
+    """
+    basis = numbers(vectors, "the vectors")
+    rows = len(system.dofs)
+    if basis.ndim != 2 or basis.shape[0] != rows or not np.isfinite(basis).all():
+        raise FbsError(f"vectors of shape {basis.shape}: must be finite, with {rows} rows")
+    length = np.linalg.norm(basis, axis=0)
+    if not (basis.size and length.all() and _is_regular(basis / length)):
+        raise FbsError("the vectors depend on one another: leave some out")
+    return _ritz(system, basis, _names("q", basis.shape[1]))
 
 
 # The pieces

@@ -31,6 +31,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ._kernels.checks import ComplexArray, FloatArray, read_only, unique_labels
+from ._kernels.door import door
 from .axes import require_same_frequency
 from .errors import FbsError, NonFiniteError, SingularLineError
 from .frf import Frf
@@ -89,6 +90,7 @@ class SourceForces:
     left: FloatArray
 
 
+@door
 def source_forces(frf: Frf, motions: Spectra) -> SourceForces:
     """f of Y f = u by least squares: blocked, contact or pseudo-forces, as Y and u are; see above.
 
@@ -141,6 +143,7 @@ def foretold(frf: Frf, forces: Spectra) -> Spectra:
     return Spectra(frf.frequency, total, frf.responses)
 
 
+@door
 def path_contributions(frf: Frf, forces: Spectra) -> dict[str, ComplexArray]:
     """Force → Y_·f f, (nf, n_response): what each path adds; the sum is what is heard.
 
@@ -162,6 +165,7 @@ def ranked(paths: Mapping[str, ComplexArray]) -> dict[str, FloatArray]:
     return dict(sorted(sizes.items(), key=lambda item: -float(item[1][0])))
 
 
+@door
 def transmissibility(
     references: ArrayLike, responses: ArrayLike, rank: int | None = None
 ) -> ComplexArray:

@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ._kernels.checks import FloatArray, read_only, unique_labels
+from ._kernels.door import door
 from .errors import FbsError, NonFiniteError
 from .frf import Frf
 from .metrics import coherence_criterion
@@ -173,6 +174,7 @@ class Transformed:
     impact_share: Mapping[str, FloatArray]
 
 
+@door
 def transform(
     frf: Frf, sensors: Sequence[VirtualPoint] = (), impacts: Sequence[VirtualPoint] = ()
 ) -> Transformed:

@@ -16,34 +16,39 @@ from .cli_options import (
     Estimator,
     Excitations,
     Executor,
+    FileAverages,
     FileMap,
     FileNoise,
     FileQuantity,
     FileRun,
+    FileSamples,
     FileUnit,
     Fmax,
     Fmin,
     FrfExcitations,
     FrfResponses,
     Harmonics,
+    InTime,
+    Levels,
     Metrics,
     Model,
     Only,
     Replace,
     Resample,
     Responses,
+    Reverse,
     Route,
     SignalKind,
     Speeds,
     Theirs,
     Torque,
-    TruncatedStages,
-    TruncationBand,
     Vary,
     Version,
+    WithExplorer,
     Workers,
     named,
 )
+from .cli_substructuring import EXAMPLES, end
 from .errors import CommandError
 from .runtime.exit_codes import BAD_INPUT, exit_code
 from .runtime.streams import say
@@ -87,14 +92,10 @@ def run(
     channel_map: FileMap = None,
     resample: Resample = False,
     noise: FileNoise = None,
-    in_time: Annotated[
-        bool | None,
-        typer.Option(
-            "--time/--no-time",
-            help="Integrate a multisine in time as well (default: up to 60 DoFs, no parts from "
-            "files).",
-        ),
-    ] = None,
+    averages: FileAverages = None,
+    samples: FileSamples = 0,
+    in_time: InTime = None,
+    explore: WithExplorer = False,
 ) -> None:
     """Compare all routes and write a report; exit code 1 if they disagree."""
     from .checks.part_uncertainty import parse_noise
@@ -108,12 +109,13 @@ def run(
         fmax=fmax,
         df=df,
         replace=replace or (),
-        options=file_options(quantity, unit, test_run, channel_map, resample),
+        options=file_options(quantity, unit, test_run, channel_map, resample, averages),
         noise=parse_noise(noise),
+        repetitions=samples,
         in_time=in_time,
+        explore=explore,
     )
-    if not result.agrees:
-        raise typer.Exit(1)
+    end(result.agrees)
 
 
 @app.command(epilog="Example: crosscheck modes gearbox.toml --torque 95")
@@ -188,8 +190,7 @@ def paper(
     """
     from .paper.command import run_command
 
-    if not run_command(out, only, tolerance).agrees:
-        raise typer.Exit(1)
+    end(run_command(out, only, tolerance).agrees)
 
 
 @app.command(epilog="Example: crosscheck explain gearbox.toml measured.uff --map map.toml")
@@ -301,17 +302,8 @@ def simulate(
     duration: Annotated[float | None, typer.Option(help="How long, s.")] = None,
     speed: Annotated[float | None, typer.Option(help="Of the input, rpm.")] = None,
     torque: Annotated[float | None, typer.Option(help="At the input, N m.")] = None,
-    levels: Annotated[
-        str | None,
-        typer.Option(metavar="1,10,…", help="FRF at these multiples of the excitation as well."),
-    ] = None,
-    reverse: Annotated[
-        bool,
-        typer.Option(
-            "--reverse/--once",
-            help="Run again with the forces reversed: FRFs without geometry's even-order share.",
-        ),
-    ] = True,
+    levels: Levels = None,
+    reverse: Reverse = True,
     fmax: Annotated[float | None, typer.Option(help="End of the band of interest, Hz.")] = None,
     sampling: Annotated[float | None, typer.Option(help="Sampling frequency kept, Hz.")] = None,
     integrator: Annotated[str | None, typer.Option(help="RK44 or trapezoidal.")] = None,
@@ -380,42 +372,21 @@ def speed(
     end(result.agrees)
 
 
-@app.command(epilog="Example: crosscheck truncate gearbox.toml --tolerance 0.1dB")
-def truncate(
+for command, example in EXAMPLES.items():
+    app.command(epilog=f"Example: crosscheck {example}")(command)
+
+
+@app.command(epilog="Example: crosscheck explore paper --out exploring")
+def explore(
     model: Model = "paper",
-    stage: TruncatedStages = None,
-    band: TruncationBand = None,
-    tolerance: Annotated[
-        str, typer.Option(help="Of every FRF asked for: 0.1dB, or a scaled error, 0.001scaled.")
-    ] = "0.1dB",
-    response: FrfResponses = None,
-    excitation: FrfExcitations = None,
-    order: Annotated[int, typer.Option(min=-1, max=9, help="Highest residual kept; -1: none.")] = 2,
-    out: Annotated[Path, typer.Option(help="Where truncation.html goes.")] = Path(
-        "crosscheck-truncate"
+    out: Annotated[Path, typer.Option(help="Where explore.html goes.")] = Path(
+        "crosscheck-explore"
     ),
 ) -> None:
-    """Which modes each stage needs: a bound that is guaranteed, and the true error beside it."""
-    from .inspection import frf_output
-    from .truncation.command import run_command
+    """Write a page that computes FRFs in the browser: every pair, springs and damping to drag."""
+    from .explorer.command import explore_command
 
-    result = run_command(
-        model,
-        out,
-        stages=stage or (),
-        band=band,
-        tolerance=tolerance,
-        responses=() if response is None else frf_output.labels("--response", response),
-        excitations=() if excitation is None else frf_output.labels("--excitation", excitation),
-        order=order,
-    )
-    end(result.agrees)
-
-
-def end(agrees: bool) -> None:
-    """End a command that has a verdict."""
-    if not agrees:
-        raise typer.Exit(1)
+    explore_command(model, out)
 
 
 @app.command(epilog="Example: crosscheck inspect measured.uff")

@@ -52,6 +52,13 @@ Df = Annotated[
     float | None,
     typer.Option(help="Step, Hz (default: 1 Hz; coarser if there are many lines or FRFs)."),
 ]
+InTime = Annotated[
+    bool | None,
+    typer.Option(
+        "--time/--no-time",
+        help="Integrate a multisine in time as well (default: up to 60 DoFs, no parts from files).",
+    ),
+]
 Workers = Annotated[
     int | None, typer.Option(min=1, help="Processes (default: by how much there is to compute).")
 ]
@@ -60,6 +67,11 @@ Executor = Annotated[
     typer.Option(
         help="Who computes: processes, serial, mpi, or a dask scheduler as tcp://host:port."
     ),
+]
+
+# crosscheck run
+WithExplorer = Annotated[
+    bool, typer.Option("--explore", help="Write explore.html too, linked from the report.")
 ]
 
 # crosscheck sweep
@@ -141,6 +153,24 @@ FileNoise = Annotated[
         "of a file's runs).",
     ),
 ]
+FileSamples = Annotated[
+    int,
+    typer.Option(
+        "--samples",
+        metavar="N",
+        help="Find the bands by N repetitions with errors drawn, where first order tells too "
+        "little (default: to first order).",
+    ),
+]
+FileAverages = Annotated[
+    int | None,
+    typer.Option(
+        "--averages",
+        metavar="N",
+        help="Of how many averages the files' coherences are, one excitation at a time: bands of "
+        "the FRFs (default: what the files say).",
+    ),
+]
 Estimator = Annotated[str, typer.Option(help="H1, H2 or Hv.")]
 SignalKind = Annotated[
     str | None, typer.Option(help="hammer or noise (default: as the force looks).")
@@ -182,6 +212,69 @@ Channels = Annotated[
     ),
 ]
 
+# crosscheck reduce
+ReductionBand = Annotated[
+    str | None,
+    typer.Option(metavar="FROM:TO[:STEP]", help="The lines, Hz (default: 10:4000:10)."),
+]
+Ports = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="DOF",
+        help="DoFs that stay, and between which FRFs are compared, beside those where the stage is "
+        "coupled (repeat, or separate by commas; default: its first body's rotation).",
+    ),
+]
+Sizes = Annotated[
+    str | None,
+    typer.Option(
+        metavar="4:20", help="Numbers of coordinates to try, or a list (default: a dozen)."
+    ),
+]
+ReducedSystem = Annotated[
+    Path | None, typer.Option(help="A file for the chosen system's M, C, K and basis: .npz.")
+]
+
+# crosscheck couple, decouple, identify
+At = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="X=Y",
+        help="DoFs that are joined, X of the first file, Y of the second (decouple: of AB and A; "
+        "identify: of A and B, both in AB); X alone where both have it; may be repeated, or "
+        "separated by commas.",
+    ),
+]
+JointOf = Annotated[
+    str | None,
+    typer.Option(
+        "--joint",
+        metavar="K,C",
+        help="N/m and N s/m, as 1e6,10; K complex where it is hysteretic, as 1e6+5e4j; or a table "
+        "FILE.csv of Hz, Re K, Im K (default: rigid).",
+    ),
+]
+Internal = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="X=Y", help="DoFs inside the known part that both files have; may be repeated."
+    ),
+]
+Form = Annotated[
+    str | None,
+    typer.Option(help="standard, mixed or extended (default: mixed with --internal)."),
+]
+Rank = Annotated[
+    int | None, typer.Option(min=1, help="Keep so many singular values of the interface.")
+]
+Tikhonov = Annotated[
+    float, typer.Option(min=0.0, help="Regularise by this share of the largest singular value.")
+]
+ResultFile = Annotated[Path | None, typer.Option(help="A file for the FRFs, as frf's.")]
+JointFile = Annotated[
+    Path | None, typer.Option(help="A file for the joint's stiffness over frequency: .csv.")
+]
+
 # crosscheck truncate
 TruncatedStages = Annotated[
     list[str] | None,
@@ -203,6 +296,17 @@ Excitations = Annotated[
         help="harmonic, stepped-sine, sweep, multisine, noise, impulse or record at a DoF, as "
         "sweep@reducer.pinion.w:fmax=2000,amplitude=0.1; may be repeated (default: the model "
         "file's, else a multisine at the first DoF).",
+    ),
+]
+Levels = Annotated[
+    str | None,
+    typer.Option(metavar="1,10,…", help="FRF at these multiples of the excitation as well."),
+]
+Reverse = Annotated[
+    bool,
+    typer.Option(
+        "--reverse/--once",
+        help="Run again with the forces reversed: FRFs without geometry's even-order share.",
     ),
 ]
 

@@ -174,7 +174,13 @@ def mapped(measurement: Measurement, channel_map: ChannelMap, radius: Radius) ->
     combine = _combined(sides[0], sides[1], labels)
     repeats = tuple(combine(one) for one in measurement.repeats)
     coherence = _mapped_coherence(measurement.coherence, sides)
-    return Measurement(combine(frf), frozenset(), frozenset(), tuple(notes), repeats, coherence)
+    return Measurement(
+        combine(frf),
+        notes=tuple(notes),
+        repeats=repeats,
+        coherence=coherence,
+        averages=measurement.averages,
+    )
 
 
 def in_lengths(measurement: Measurement, radius: Radius) -> Measurement:

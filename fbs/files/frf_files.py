@@ -11,7 +11,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from .._kernels.checks import unique_labels
 from ..errors import FbsError
 from ..frf import Frf, Quantity, as_quantity
+from .channel_map import signed
 from .measurement import (
     AS_STATED,
     Candidate,
@@ -33,7 +34,8 @@ from .measurement import (
 )
 from .stated_units import frequency_factor, frf_unit
 from .tables import Table, read_table, write_table
-from .uff import UNITS, Channel, uff_contents, write_uff_to
+from .uff import uff_contents, write_uff_to
+from .uff_functions import UNITS, Channel
 from .universal import Axis, End, read_universal
 from .untrusted import read_arrays
 from .whole_files import written_whole
@@ -45,7 +47,7 @@ NEEDED: Mapping[str, tuple[str, str]] = {
     "responses": (TEXT, "text"),
     "excitations": (TEXT, "text"),
 }
-MORE = ("quantity", "unit", "coherence")
+MORE = ("quantity", "unit", "coherence", "averages")
 
 
 def read_frf(
@@ -94,6 +96,7 @@ def write_frf(
     path: str | os.PathLike[str],
     channels: Mapping[str, Channel] | None = None,
     coherence: NDArray[np.float64] | None = None,
+    averages: Mapping[str, int] | None = None,
 ) -> None:
     """Write FRFs by the file's ending; the file appears complete or not at all.
 
@@ -106,6 +109,8 @@ def write_frf(
         Nodes and directions for .uff.
     coherence : array, shape of the FRF's values, optional
         Kept by .uff, .npz and .mat.
+    averages : mapping of str to int, optional
+        Excitation → of how many averages its coherence is.
 
     Raises
     ------
@@ -117,7 +122,7 @@ def write_frf(
     target = Path(path)
     writer = _format(target).write
     with written_whole(target) as file:
-        writer(frf, file, channels, coherence)
+        writer(frf, file, Extras(channels, coherence, averages))
 
 
 def _named(error: FbsError, source: Path) -> FbsError:
@@ -162,12 +167,20 @@ def array_contents(arrays: Mapping[str, NDArray[Any]], given: Given) -> Contents
         {}
         if coherence is None or coherence.size != values.size
         else {
-            (r, e): [np.asarray(coherence.reshape(expected)[:, i, j], dtype=float)]
+            (signed(r)[0], signed(e)[0]): [
+                np.asarray(coherence.reshape(expected)[:, i, j], dtype=float)
+            ]
             for i, r in enumerate(labels[0])
             for j, e in enumerate(labels[1])
         }
     )
-    return Contents(tuple(one.candidate(given) for one in columns), known)
+    count = arrays.get("averages", np.empty(0)).ravel()
+    averages = (
+        {signed(label)[0]: int(n) for label, n in zip(labels[1], count, strict=True)}
+        if count.size == expected[2]
+        else {}
+    )
+    return Contents(tuple(one.candidate(given) for one in columns), known, averages)
 
 
 def _word(arrays: Mapping[str, NDArray[Any]], name: str, otherwise: str) -> str:
@@ -186,8 +199,16 @@ class Column:
     unit: str
 
     def candidate(self, given: Given) -> Candidate:
-        """Return it as an FRF to be taken; its unit is read only then."""
-        return Candidate(self.response, self.excitation, lambda: self._measured(given))
+        """Return it as an FRF to be taken; its unit is read only then.
+
+        A label such as "12:-Z" becomes "12.z" of other sign, as node and direction of .uff do.
+        """
+        (response, of_response), (excitation, of_excitation) = (
+            signed(label) for label in (self.response, self.excitation)
+        )
+        sign = of_response * of_excitation
+        own = replace(self, response=response, excitation=excitation, values=self.values * sign)
+        return Candidate(response, excitation, lambda: own._measured(given))
 
     def _measured(self, given: Given) -> Measured:
         name = f"the FRF from {self.excitation!r} to {self.response!r}"
@@ -220,23 +241,29 @@ def _end(label: str) -> End:
 
 # --- formats -----------------------------------------------------------------------------------
 
-Channels = Mapping[str, Channel] | None
-Coherence = NDArray[np.float64] | None
+
+@dataclass(frozen=True, eq=False)
+class Extras:
+    """What a file may say besides the FRFs; see `write_frf`."""
+
+    channels: Mapping[str, Channel] | None = None
+    coherence: NDArray[np.float64] | None = None
+    averages: Mapping[str, int] | None = None
 
 
 def _read_uff(path: Path, given: Given) -> Contents:
     return uff_contents(read_universal(path), given)
 
 
-def _write_uff(frf: Frf, file: BinaryIO, channels: Channels, coherence: Coherence) -> None:
-    write_uff_to(frf, file, channels, coherence)
+def _write_uff(frf: Frf, file: BinaryIO, extras: Extras) -> None:
+    write_uff_to(frf, file, extras.channels, extras.coherence, averages=extras.averages)
 
 
 def _read_npz(path: Path, given: Given) -> Contents:
     return array_contents(read_arrays(path, NEEDED, MORE), given)
 
 
-def _arrays(frf: Frf, coherence: Coherence) -> dict[str, Any]:
+def _arrays(frf: Frf, extras: Extras) -> dict[str, Any]:
     arrays: dict[str, Any] = {
         "frequency": frf.frequency,
         "values": frf.values,
@@ -244,11 +271,15 @@ def _arrays(frf: Frf, coherence: Coherence) -> dict[str, Any]:
         "excitations": np.array(frf.excitations),
         "quantity": np.array(str(frf.quantity)),
     }
-    return arrays if coherence is None else arrays | {"coherence": coherence}
+    if extras.coherence is not None:
+        arrays["coherence"] = extras.coherence
+    if extras.averages is not None:
+        arrays["averages"] = np.array([extras.averages[label] for label in frf.excitations])
+    return arrays
 
 
-def _write_npz(frf: Frf, file: BinaryIO, channels: Channels, coherence: Coherence) -> None:
-    np.savez_compressed(file, **_arrays(frf, coherence))
+def _write_npz(frf: Frf, file: BinaryIO, extras: Extras) -> None:
+    np.savez_compressed(file, **_arrays(frf, extras))
 
 
 def _read_mat(path: Path, given: Given) -> Contents:
@@ -257,10 +288,10 @@ def _read_mat(path: Path, given: Given) -> Contents:
     return array_contents(read_mat(path, NEEDED, MORE), given)
 
 
-def _write_mat(frf: Frf, file: BinaryIO, channels: Channels, coherence: Coherence) -> None:
+def _write_mat(frf: Frf, file: BinaryIO, extras: Extras) -> None:
     from .matlab import write_mat
 
-    write_mat(file, _arrays(frf, coherence))
+    write_mat(file, _arrays(frf, extras))
 
 
 PART = re.compile(
@@ -342,7 +373,7 @@ def _radians(unit: str, name: str) -> float:
     return 1.0 if unit.lower() in RADIANS else np.pi / 180
 
 
-def _write_csv(frf: Frf, file: BinaryIO, channels: Channels, coherence: Coherence) -> None:
+def _write_csv(frf: Frf, file: BinaryIO, extras: Extras) -> None:
     names, columns = ["frequency_hz"], [frf.frequency]
     for response, excitation, values in frf.curves():
         name = f"{frf.quantity} {response} <- {excitation} ({UNITS[frf.quantity]}/N)"
@@ -356,7 +387,7 @@ class Format:
     """How a kind of file is read and written."""
 
     read: Callable[[Path, Given], Contents]
-    write: Callable[[Frf, BinaryIO, Channels, Coherence], None]
+    write: Callable[[Frf, BinaryIO, Extras], None]
 
 
 FORMATS: Mapping[str, Format] = {

@@ -85,6 +85,8 @@ class Contents:
         In the order of the file; a pair stands there once for every run.
     coherences : mapping
         (response, excitation) → arrays (nf,), one for every run.
+    averages : mapping of str to int
+        Excitation → of how many averages its coherences are, where the file says it.
     others : tuple of str
         What else is there, in words.
     notes : tuple of str
@@ -92,6 +94,7 @@ class Contents:
 
     candidates: tuple[Candidate, ...]
     coherences: Mapping[Pair, Sequence[FloatArray]] = field(default_factory=dict)
+    averages: Mapping[str, int] = field(default_factory=dict)
     others: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -112,6 +115,8 @@ class Measurement:
         The runs whose mean `frf` is; empty if there is one.
     coherence : array, shape of the FRF's values, or None
         NaN where the file has none.
+    averages : int or None
+        Of how many averages the coherence is, at least; None: the file does not say it.
     """
 
     frf: Frf
@@ -120,6 +125,7 @@ class Measurement:
     notes: tuple[str, ...] = ()
     repeats: tuple[Frf, ...] = ()
     coherence: FloatArray | None = None
+    averages: int | None = None
 
 
 def take(
@@ -198,7 +204,7 @@ def _measurement(
     n_runs: int,
     notes: list[str],
 ) -> Measurement:
-    first = runs[0][0]
+    first, columns = runs[0][0], block[1]
     for one in (one for run in runs for one in run):
         _require_alike(first, one)
     angles, moments = (_rotations(runs, side) for side in ("response", "excitation"))
@@ -218,6 +224,9 @@ def _measurement(
         tuple(notes),
         tuple(frfs) if len(frfs) > 1 else (),
         _coherence(contents, block, numbers, axis, keep),
+        min(contents.averages[e] for e in columns)
+        if set(columns) <= set(contents.averages)
+        else None,
     )
 
 

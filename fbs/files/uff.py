@@ -13,9 +13,9 @@ sign.
 from __future__ import annotations
 
 import os
+import re
 from collections import Counter
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
 from pathlib import Path
 from typing import BinaryIO
 
@@ -23,21 +23,28 @@ import numpy as np
 
 from .._kernels.checks import FloatArray
 from .._kernels.door import door
-from ..axes import frequency_axis
 from ..errors import FbsError
 from ..frf import Frf, Quantity, as_quantity
+from .channel_map import signed
 from .measurement import AS_STATED, Candidate, Contents, Given, Measured, few, take
 from .stated_units import frequency_factor, frf_unit, states_ratio, unit_system
+from .uff_functions import (
+    DATA_TYPES,
+    EXCITATION,
+    FORCE,
+    FREQUENCY,
+    RESPONSE,
+    Channel,
+    even_axis,
+    functions,
+)
 from .universal import (
     COHERENCE,
-    EVEN,
     FRF,
     FUNCTION_TYPES,
-    LINE,
     MULTIPLE_COHERENCE,
     TRANSMISSIBILITY,
     UNEVEN,
-    Axis,
     End,
     Function,
     UffError,
@@ -45,14 +52,14 @@ from .universal import (
     Universal,
     read_universal,
 )
-from .universal_text import ASCII, function_text, six_digits, unit_system_text
+from .universal_text import ASCII, function_text, unit_system_text
 from .whole_files import written_whole
 
-RESPONSE, EXCITATION = "response: ", "excitation: "
+AVERAGES = re.compile(
+    r"\b(?P<first>\d{1,6})\s*averages?\b|\baverages?\s*[:=]?\s*(?P<second>\d{1,6})\b", re.IGNORECASE
+)
 
-FREQUENCY, FORCE = 18, 13
 GENERAL = (0, 1)
-DATA_TYPES = {8: Quantity.RECEPTANCE, 11: Quantity.MOBILITY, 12: Quantity.ACCELERANCE}
 OTHER_TYPES = {
     2: "stress",
     3: "strain",
@@ -63,37 +70,7 @@ OTHER_TYPES = {
     15: "pressure",
     16: "mass",
 }
-UNITS = {Quantity.RECEPTANCE: "m", Quantity.MOBILITY: "m/s", Quantity.ACCELERANCE: "m/s^2"}
-ANGULAR_UNITS = {unit: unit.replace("m", "rad") for unit in UNITS.values()}
 DIRECTIONS = ("", "x", "y", "z", "rx", "ry", "rz")
-
-
-@dataclass(frozen=True)
-class Channel:
-    """Where a DoF stands in a universal file.
-
-    Attributes
-    ----------
-    node : int
-    direction : int
-        -6 to 6; above 3 a rotation, then written in rad and N m.
-    radius : float
-        r of a rotation carried as w = r·θ.
-    """
-
-    node: int
-    direction: int = 0
-    radius: float = 1.0
-
-    @property
-    def rotation(self) -> bool:
-        """Whether it turns."""
-        return abs(self.direction) > 3
-
-    @property
-    def end(self) -> End:
-        """Node and direction."""
-        return End(self.node, self.direction)
 
 
 @door
@@ -103,6 +80,7 @@ def write_uff(
     channels: Mapping[str, Channel] | None = None,
     coherence: FloatArray | None = None,
     form: str = ASCII,
+    averages: Mapping[str, int] | None = None,
 ) -> None:
     """Write an FRF to a file as dataset 58; see `write_uff_to`.
 
@@ -116,7 +94,7 @@ def write_uff(
         As for `files.written_whole`; FileNotFoundError where there is no such folder.
     """
     with written_whole(path) as file:
-        write_uff_to(frf, file, channels, coherence, form)
+        write_uff_to(frf, file, channels, coherence, form, averages)
 
 
 def write_uff_to(
@@ -125,6 +103,7 @@ def write_uff_to(
     channels: Mapping[str, Channel] | None = None,
     coherence: FloatArray | None = None,
     form: str = ASCII,
+    averages: Mapping[str, int] | None = None,
 ) -> None:
     """Write an FRF as dataset 58, one function per pair of response and excitation.
 
@@ -141,19 +120,16 @@ def write_uff_to(
     coherence : array, shape of the FRF's values, optional
         Written as functions of their own.
     form : "ascii" or "binary"
+    averages : mapping of str to int, optional
+        Excitation → of how many averages its coherence is: "6 averages" in its ID line 3.
 
     Raises
     ------
     UffError
         Frequencies of more than six digits, fewer than two lines, labels that do not fit.
     """
-    spacing = _spacing(frf.frequency)
-    labels = dict.fromkeys(frf.responses + frf.excitations)
-    for label in labels:
-        refuse_unfit_label(label)
-    places = _places(labels, channels or {})
     file.write(unit_system_text())
-    for function in _functions(frf, places, spacing, coherence):
+    for function in functions(frf, channels or {}, coherence, averages or {}):
         file.write(function_text(function, form))
 
 
@@ -201,114 +177,6 @@ def read_uff(
         raise UffError(f"{source}: {str(error).removeprefix(f'{source}: ')}") from error
 
 
-# --- writing -----------------------------------------------------------------------------------
-
-
-def refuse_unfit_label(label: str) -> None:
-    """Refuse a label that does not survive an ID line."""
-    longest = LINE - max(len(RESPONSE), len(EXCITATION))
-    if len(label) > longest:
-        raise UffError(f"label {label!r} has {len(label)} characters; UFF takes {longest}")
-    if not label.isprintable() or label != label.strip():
-        raise UffError(f"label {label!r} would not survive: unprintable, or blanks at its ends")
-
-
-def _places(labels: Mapping[str, None], channels: Mapping[str, Channel]) -> dict[str, Channel]:
-    next_node = max((c.node for c in channels.values()), default=0) + 1
-    places = dict(channels)
-    for label in labels:
-        if label not in places:
-            places[label] = Channel(next_node)
-            next_node += 1
-    return places
-
-
-def _functions(
-    frf: Frf, places: Mapping[str, Channel], spacing: int, coherence: FloatArray | None
-) -> Iterator[Function]:
-    for j, excitation in enumerate(frf.excitations):
-        for i, response in enumerate(frf.responses):
-            to, at = places[response], places[excitation]
-            values = frf.values[:, i, j] / (
-                (to.radius if to.rotation else 1.0) * (at.radius if at.rotation else 1.0)
-            )
-            unit = UNITS[frf.quantity]
-            data_type = {quantity: code for code, quantity in DATA_TYPES.items()}[frf.quantity]
-            axes = (
-                Axis(data_type, str(frf.quantity), ANGULAR_UNITS[unit] if to.rotation else unit),
-                Axis(FORCE, "Moment" if at.rotation else "Force", "N m" if at.rotation else "N"),
-            )
-            yield _function(frf, (response, excitation), (to.end, at.end), axes, values, spacing)
-            if coherence is not None:
-                none = (Axis(0, "Coherence"), Axis(0))
-                known = np.asarray(coherence[:, i, j])
-                ends = (to.end, at.end)
-                yield _function(
-                    frf, (response, excitation), ends, none, known, spacing, kind=COHERENCE
-                )
-
-
-def _function(
-    frf: Frf,
-    pair: tuple[str, str],
-    ends: tuple[End, End],
-    axes: tuple[Axis, Axis],
-    values: np.ndarray,
-    spacing: int,
-    kind: int = FRF,
-) -> Function:
-    response, excitation = pair
-    name = str(frf.quantity) if kind == FRF else "coherence"
-    return Function(
-        (
-            f"{name} {response} / {excitation}"[:LINE],
-            "NONE",
-            "NONE",
-            RESPONSE + response,
-            EXCITATION + excitation,
-        ),
-        kind,
-        *ends,
-        Axis(FREQUENCY, "Frequency", "Hz"),
-        *axes,
-        frf.frequency,
-        values,
-        spacing,
-        float(frf.frequency[1] - frf.frequency[0]),
-    )
-
-
-def _spacing(axis: FloatArray) -> int:
-    """Return EVEN or UNEVEN: which of the two carries the axis through E13.5 unharmed."""
-    if axis.size < 2:
-        raise UffError(f"UFF needs two lines at least, there is only {axis[0]:.10g} Hz")
-    first, step = six_digits([axis[0], axis[1] - axis[0]])
-    if step > 0 and _same(_even_axis(first, step, axis.size), axis):
-        return EVEN
-    stored = six_digits(axis)
-    if _same(stored, axis):
-        return UNEVEN
-    worst = int(np.argmax(np.abs(stored - axis)))
-    raise UffError(
-        f"UFF keeps six digits of a frequency: neither a start of {axis[0]:.10g} Hz with a step "
-        f"of {axis[1] - axis[0]:.10g} Hz nor every line fits ({axis[worst]:.12g} Hz would become "
-        f"{stored[worst]:.12g} Hz); choose a start and a step of at most six digits, such as "
-        f"{first:.10g} and {step:.10g} Hz, or another format"
-    )
-
-
-def _same(stored: FloatArray, axis: FloatArray) -> bool:
-    return bool((np.abs(stored - axis) <= 1e-12 * axis).all())
-
-
-def _even_axis(first: float, step: float, count: int) -> FloatArray:
-    """Return first + k step, by `frequency_axis` where `first` is a multiple of the step."""
-    start = first / step
-    if abs(start - round(start)) <= 1e-9 * max(1.0, start):
-        return frequency_axis(first, (round(start) + count - 1) * step, step)
-    return np.asarray(first + step * np.arange(count))
-
-
 # --- reading -----------------------------------------------------------------------------------
 
 
@@ -324,6 +192,7 @@ def uff_contents(file: Universal, given: Given = AS_STATED) -> Contents:
     candidates: list[Candidate] = []
     others: dict[str, list[str]] = {}
     coherences: dict[tuple[str, str], list[FloatArray]] = {}
+    averages: dict[str, int] = {}
     for f in file.functions:
         other = _foreign(f) if f.kind == FRF else FUNCTION_TYPES.get(f.kind, f"type {f.kind}")
         if other is None:
@@ -331,6 +200,8 @@ def uff_contents(file: Universal, given: Given = AS_STATED) -> Contents:
         elif f.kind in (COHERENCE, MULTIPLE_COHERENCE):
             pair = (dof_label(f, "response")[0], dof_label(f, "reference")[0])
             coherences.setdefault(pair, []).append(np.asarray(f.values.real, dtype=float))
+            if count := _averages(f):
+                averages[pair[1]] = min(count, averages.get(pair[1], count))
         else:
             others.setdefault(other, []).append(dof_label(f, "response")[0])
     if not candidates:
@@ -339,7 +210,13 @@ def uff_contents(file: Universal, given: Given = AS_STATED) -> Contents:
             f"no FRF (dataset 58, function type 4) inside; {file}" + (f": {there}" if there else "")
         )
     listed = [f"{len(labels)} {words} ({few(labels)})" for words, labels in others.items()]
-    return Contents(tuple(candidates), coherences, tuple(listed))
+    return Contents(tuple(candidates), coherences, averages, tuple(listed))
+
+
+def _averages(f: Function) -> int | None:
+    """Return how many averages an ID line names: "6 averages", "Averages: 6"."""
+    match = next(filter(None, (AVERAGES.search(line) for line in f.ids[:3])), None)
+    return int(match["first"] or match["second"]) if match else None
 
 
 def _foreign(f: Function) -> str | None:
@@ -387,7 +264,8 @@ def dof_label(f: Function, side: str) -> tuple[str, int]:
     end: End = getattr(f, side)
     line, prefix = (f.ids[3], RESPONSE) if side == "response" else (f.ids[4], EXCITATION)
     if line.startswith(prefix):
-        return line[len(prefix) :], 1
+        label, sign = signed(line[len(prefix) :])
+        return label, int(sign)
     entity = "" if end.entity == "NONE" else end.entity
     parts = (entity, str(end.node), DIRECTIONS[abs(end.direction)])
     return ".".join(filter(None, parts)), -1 if end.direction < 0 else 1
@@ -425,7 +303,7 @@ def _axis(f: Function, name: str) -> FloatArray:
     first, step = float(f.x[0]) * factor, f.step * factor
     if not (first >= 0 and step > 0):
         raise UffError(f"the frequencies start at {first:g} Hz with a step of {step:g} Hz")
-    return _even_axis(first, step, f.x.size)
+    return even_axis(first, step, f.x.size)
 
 
 def _require_matrix(contents: Contents, run: int | None) -> None:

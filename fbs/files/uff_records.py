@@ -20,7 +20,8 @@ import numpy as np
 from ..signal.records import Record
 from .record_csv import ROTATION, Column, record_of
 from .stated_units import channel_unit, unit_system
-from .uff import DATA_TYPES, EXCITATION, FORCE, RESPONSE, UNITS, dof_label, refuse_unfit_label
+from .uff import dof_label
+from .uff_functions import DATA_TYPES, EXCITATION, FORCE, RESPONSE, UNITS, refuse_unfit_label
 from .units import TIME as TIME_DIMENSION
 from .units import is_nothing, read_unit
 from .universal import (

@@ -33,7 +33,7 @@ from ..coupling import CoupledFrf, couple
 from ..errors import FbsError, QuantityMismatchError, singular_kernel
 from ..frf import Frf, Quantity, computed_frf
 from ..interface_synthesis import InterfaceModes
-from ..joints import Joint, Node
+from ..joints import AnyJoint, Node, rows_of
 from ..modal_synthesis import modal_frf
 from ..second_order_system import SecondOrderSystem, SystemOrigin
 from .chain_layout import Labels, Tree
@@ -63,7 +63,7 @@ PartSynthesis = Callable[..., Frf]
 @door
 def couple_chain(
     parts: Mapping[str, System | Frf],
-    joints: Sequence[Joint],
+    joints: Sequence[AnyJoint],
     frequency: ArrayLike,
     responses: Iterable[str],
     excitations: Iterable[str],
@@ -95,7 +95,7 @@ def couple_chain(
     parts : mapping of str to system or Frf
         Systems are synthesised at their joints and at what is asked for; FRFs are receptances
         on the same lines.
-    joints : sequence of Joint
+    joints : sequence of Joint or MatrixJoint
         Between the parts they may form a chain, a tree or several, but no loop.
     frequency : array, shape (nf,), Hz
     responses, excitations : labels
@@ -124,7 +124,8 @@ def couple_chain(
     rows = unique_labels(responses, "the responses")
     columns = unique_labels(excitations, "the excitations")
     joints = tuple(joints)
-    tree = Tree.of({name: _labels(name, part) for name, part in parts.items()}, joints)
+    labels = {name: _labels(name, part) for name, part in parts.items()}
+    tree = Tree.of(labels, rows_of(joints))
     responding, excited = tree.owners(rows, 0), tree.owners(columns, 1)
     frfs = {
         name: _prepared(
@@ -141,7 +142,7 @@ def couple_chain(
     sources = {name: frf.source for name, frf in frfs.items()}
     origin = MixedAssembly(axis, sources, tree.joints, result.held)
     frf = computed_frf(axis, result.values.transpose(2, 0, 1), rows, columns, origin=origin)
-    return CoupledFrf(frf, sealed(result.condition), tree.joints)
+    return CoupledFrf(frf, sealed(result.condition), joints)
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,6 +14,7 @@ from .._kernels import batched as _batched
 from .._kernels.checks import ComplexArray, FloatArray
 from .._kernels.joint_scaling import joint_scaling
 from .._mixed_assembly import HELD
+from ..joints import Flexible
 from .chain_layout import Ends, Tree
 
 Asked = Mapping[str, Sequence[tuple[int, int]]]
@@ -40,14 +41,15 @@ class Sweep:
     """All messages on some lines, in the notation of `couple_chain`.
 
     Joints are scaled by the s of `joint_scaling`: A and D stand for s A s and s D s, `own` for
-    s^2 / Z.
+    s^2 / Z; where a joint has several DoFs, all are in the coordinates of its springs, `Flexible`.
     """
 
     tree: Tree
     omega: FloatArray
     parts: Mapping[str, ComplexArray]  # (n_response, n_excitation, nf), interface first
     own: Mapping[int, ComplexArray]  # of flexible joints, (nf,)
-    weights: dict[str, FloatArray]  # entries of s B, (n_end, nf)
+    weights: dict[str, FloatArray]  # s, (n_end, nf)
+    springs: dict[str, Flexible]
     interface: dict[str, ComplexArray]
     messages: dict[tuple[str, int], _Message]
 
@@ -62,13 +64,19 @@ class Sweep:
             A part's interface, in the order of `Ends.labels`, comes first.
         omega : array, shape (nf,), rad/s
         """
-        scale, own = joint_scaling(_moduli(tree, parts, omega.size), _stiffness(tree, omega))
-        weights, interface = {}, {}
+        flexible = Flexible.of(tree.joints, omega)
+        springs = {name: flexible.of_part(ends.joints) for name, ends in tree.ends.items()}
+        interface, moduli = {}, np.zeros((len(tree.joints), omega.size))
         for name, ends in tree.ends.items():
-            s = weights[name] = scale[ends.joints] * np.array(ends.signs)[:, None]
-            a = _at_joints(_at_joints(parts[name], ends, 0), ends, 1)
-            interface[name] = a * (s[:, None] * s)
-        sweep = cls(tree, omega, parts, own, weights, interface, {})
+            a = _signed(_signed(parts[name], ends, 0), ends, 1)
+            interface[name] = springs[name].to_springs(a)
+            for k, joint in enumerate(ends.joints):
+                moduli[joint] += np.abs(interface[name][k, k])
+        scale, own = joint_scaling(moduli, flexible.values)
+        weights = {name: scale[ends.joints] for name, ends in tree.ends.items()}
+        for name, s in weights.items():
+            interface[name] = interface[name] * (s[:, None] * s)
+        sweep = cls(tree, omega, parts, own, weights, springs, interface, {})
         for name, connection in tree.order:
             sweep.messages[name, connection] = sweep._message(name, connection)
         return sweep
@@ -151,7 +159,8 @@ class Sweep:
                     found += y[:, inputs]
                 if ends.joints:
                     joined = np.concatenate([forces[connection] for connection in ends.here])
-                    found -= _product(_at_joints(y, ends, 1) * self.weights[name], joined)
+                    reached = self.springs[name].right(_signed(y, ends, 1))
+                    found -= _product(np.asarray(reached * self.weights[name]), joined)
                 values[np.ix_(rows, columns)] = found
 
     def _message(self, name: str, connection: int) -> _Message:
@@ -201,7 +210,8 @@ class Sweep:
         ends = self.tree.ends[name]
         if not ends.joints:
             return {}
-        right = _at_joints(self.parts[name][:, inputs], ends, 0) * self.weights[name][:, None]
+        right = self.springs[name].left(_signed(self.parts[name][:, inputs], ends, 0))
+        right = right * self.weights[name][:, None]
         forces = _solve(self._kernel(name), right)
         return {connection: forces[here] for connection, here in ends.here.items()}
 
@@ -225,20 +235,10 @@ def _at_joints(array: ComplexArray, ends: Ends, axis: int) -> ComplexArray:
     return array[list(ends.place)] if axis == 0 else array[:, list(ends.place)]
 
 
-def _moduli(tree: Tree, parts: Mapping[str, ComplexArray], n_lines: int) -> FloatArray:
-    """Return for each joint the moduli of both ends' receptances, added up."""
-    moduli = np.zeros((len(tree.joints), n_lines))
-    for name, ends in tree.ends.items():
-        for joint, place, sign in zip(ends.joints, ends.place, ends.signs, strict=True):
-            moduli[joint] += sign**2 * np.abs(parts[name][place, place])
-    return moduli
-
-
-def _stiffness(tree: Tree, omega: FloatArray) -> dict[int, ComplexArray]:
-    """Return Z of the flexible joints."""
-    return {
-        k: joint.dynamic_stiffness(omega) for k, joint in enumerate(tree.joints) if not joint.rigid
-    }
+def _signed(array: ComplexArray, ends: Ends, axis: int) -> ComplexArray:
+    """Return the rows (axis 0) or columns (1) at a part's joints times the entries of B."""
+    signs = np.array(ends.signs)[:, None]
+    return np.asarray(_at_joints(array, ends, axis) * (signs[:, None] if axis == 0 else signs))
 
 
 def _less(left: ComplexArray, right: ComplexArray) -> NDArray[np.bool_]:

@@ -15,9 +15,11 @@ a point of the segment from -v/s to mu (from -w^2/s to 1 + j eta, or above it, f
 distance d from 0 is what |x^H Z x| is at least, so that || A^(1/2) Z^-1 A^(1/2) || <= 1/d (field of
 values; Horn & Johnson 1991, Topics in Matrix Analysis, sec. 1.5), and
 
-    |H_ij - H~_ij| <= ||rho_i|| ||rho_j|| / d + ||x~_i||_A e_j,   ||rho||^2 = rho^T A^-1 rho*,
+    |H_ij - H~_ij| <= ||rho_i|| ||rho_j|| / d + ||x~_i||_A e_j + g |y_i|^T |V|^T |Z| |V| |y_j|,
 
-e_j the rounding of rho_j. It holds for any V: Krylov subspaces, Craig and Bampton's, kept modes.
+||rho||^2 = rho^T A^-1 rho*, e_j the rounding of rho_j, and g = (n + 2 r + 8) eps that of V^T Z V
+and of the solution, |Z| = |1 + j eta| |K| + w^2 |M| + w |C|: of stiff springs that hardly strain
+it is far more than e_j. It holds for any V: Krylov subspaces, Craig and Bampton's, kept modes.
 Undamped, the segment runs through 0: which eigenvalues there are decides, a residual cannot say it,
 and there is no guarantee (`reduced_frf` estimates; `bounded_frf` knows what modes are left out).
 
@@ -46,6 +48,8 @@ from .sparse_system import SparseSystem
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
+
+NO_ENERGY = "K + s M is not positive definite: no energy to bound by"
 
 BLOCK = 128
 """Lines at once: of 100 vectors 20 MB."""
@@ -130,6 +134,10 @@ class _Projected:
     coefficients : (alpha, beta) or None
     matrices : array, shape (3, r, r)
         V^T K V, V^T M V, V^T C V.
+    moduli : array, shape (3, r, r)
+        |V|^T |K| |V|, |V|^T |M| |V|, |V|^T |C| |V|.
+    size : int
+        n.
     forces : array, shape (r, n_force)
         V^T F, of responses, then excitations.
     triangle : array, shape (m, n_force + 3 r)
@@ -142,6 +150,8 @@ class _Projected:
     shift: float
     coefficients: tuple[float, float] | None
     matrices: FloatArray
+    moduli: FloatArray
+    size: int
     forces: FloatArray
     triangle: FloatArray
     split: int
@@ -161,15 +171,23 @@ class _Projected:
         force[index, range(len(index))] = factor
         shift = float(2 * np.pi * np.sqrt(max(axis[0], axis[-1] / 100) * axis[-1])) ** 2
         full = (system.stiffness, system.mass, system.damping)
+        energy = system.stiffness + shift * system.mass
+        # unit energy: columns of other lengths would round by the largest in the solution
+        squares = np.einsum("ij,ij->j", basis, energy @ basis)
+        if not (squares > 0).all():
+            raise IndefiniteStiffnessError(NO_ENERGY)
+        basis = basis / np.sqrt(squares)
         moved = [np.asarray(matrix @ basis) for matrix in full]
         together = np.hstack([force, *moved])
-        scaled = _scaled(system.stiffness + shift * system.mass, together)
+        scaled = _scaled(energy, together)
         matrices = np.array([basis.T @ each for each in moved])
         return cls(
             system.loss_factor,
             shift,
             _rayleigh(system),
             (matrices + matrices.transpose(0, 2, 1)) / 2,
+            np.array([np.abs(basis).T @ (abs(matrix) @ np.abs(basis)) for matrix in full]),
+            len(basis),
             basis.T @ force,
             np.linalg.qr(scaled)[1],
             len(rows),
@@ -178,7 +196,7 @@ class _Projected:
     def on(self, axis: FloatArray) -> tuple[ComplexArray, FloatArray, FloatArray]:
         """Return H~ and its bound, shape (n_response, n_excitation, nf), and d."""
         w = 2 * np.pi * axis[:, None, None]
-        gains = (1 + 1j * self.loss_factor, -(w**2), 1j * w)
+        gains = [np.asarray(gain) for gain in (1 + 1j * self.loss_factor, -(w**2), 1j * w)]
         dynamic = sum(gain * matrix for gain, matrix in zip(gains, self.matrices, strict=True))
         amplitudes, singular = _batched.solve(np.asarray(dynamic), self.forces.astype(complex))
         if singular.any():
@@ -198,6 +216,10 @@ class _Projected:
         with np.errstate(divide="ignore", invalid="ignore"):
             share = total[:, left, None] * total[:, None, right] / distance[:, None, None]
         bound = share + size[:, left, None] * 2 * rounding[:, None, right]
+        moduli = sum(np.abs(gain) * matrix for gain, matrix in zip(gains, self.moduli, strict=True))
+        y = np.abs(amplitudes)
+        steps = self.size + 2 * len(self.forces) + 8
+        bound += steps * EPS * (y[:, :, left].transpose(0, 2, 1) @ moduli @ y[:, :, right])
         bound[distance <= 0] = np.inf
         values = np.einsum("ki,fkj->ijf", self.forces[:, left], amplitudes[:, :, right])
         return values, bound.transpose(1, 2, 0), distance
@@ -233,7 +255,7 @@ def _scaled(energy: csc_array, right: FloatArray) -> FloatArray:
     )  # fmt: skip
     diagonal = factors.U.diagonal()
     if not (np.array_equal(factors.perm_r, factors.perm_c) and (diagonal > 0).all()):
-        raise IndefiniteStiffnessError("K + s M is not positive definite: no energy to bound by")
+        raise IndefiniteStiffnessError(NO_ENERGY)
     permuted = right[np.argsort(factors.perm_r)]
     solved = spsolve_triangular(factors.L.tocsr(), permuted, lower=True, unit_diagonal=True)
     return np.asarray(solved / np.sqrt(diagonal)[:, None])

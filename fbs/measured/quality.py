@@ -17,14 +17,23 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .._kernels.blocks import stretches
 from .._kernels.checks import ComplexArray, FloatArray
 from ..frf import Frf
+from ..second_order_system import SecondOrderSystem, direct_frf
+from ..undamped_modes import real_modes
 
 NOISE = 0.05
 """Of the FRF: 3° of phase, five times the scatter of a fair measurement."""
 
 FLOOR = 1e-6
 """Of the largest FRF: 120 dB below it nothing is measured."""
+
+LINES = 256
+"""Lines at once: matrices of many DoFs are large."""
+
+STILL = 1e-12
+"""Of the largest accelerance: what is below does not move as a rigid body, and is round-off."""
 
 FAIR_COHERENCE = 0.9
 """Below it a single impact's FRF is uncertain by a third: (1 − γ²)/(2 γ²) = 0.06, root 0.24."""
@@ -57,46 +66,152 @@ class Defect:
     at: float
 
 
-def defects(
+@dataclass(frozen=True, eq=False)
+class Quality:
+    """What is known of a measurement's quality, line by line.
+
+    Attributes
+    ----------
+    frequency : array, shape (nf,), Hz
+        The FRF's lines above 0 Hz.
+    square : tuple of str
+        DoFs that are both response and excitation.
+    reciprocity : array, shape (nf,), or None
+        Largest |H_ij − H_ji| / √(h_i h_j) of all pairs; None: there is no pair.
+    passivity : array, shape (nf,), or None
+        −λ_min / ‖Y‖ of the matrix between `square`; None: it has less than two.
+    coherence : array, shape (nf,), or None
+        The least of all FRFs; None: none is known.
+    rigid : mapping of str to float array, shape (nf,)
+        |accelerance| over the rigid body's, NaN where it is none; of the DoFs that have one.
+    defects : tuple of Defect
+        Everything that does not hold, of the pairs and of the matrix.
+    """
+
+    frequency: FloatArray
+    square: tuple[str, ...]
+    reciprocity: FloatArray | None
+    passivity: FloatArray | None
+    coherence: FloatArray | None
+    rigid: Mapping[str, FloatArray]
+    defects: tuple[Defect, ...]
+
+    @property
+    def doubtful(self) -> Mask:
+        """Lines at which anything does not hold."""
+        lines = np.zeros(self.frequency.size, dtype=bool)
+        for defect in self.defects:
+            lines |= defect.lines
+        return lines
+
+
+def quality(
     frf: Frf,
     coherence: FloatArray | None = None,
-    rigid: Mapping[str, float] | None = None,
-    below: float = 0.0,
+    rigid: Mapping[str, FloatArray] | None = None,
     noise: float = NOISE,
-) -> tuple[Defect, ...]:
-    """Return everything that does not hold, of the pairs and of the matrix.
+) -> Quality:
+    """Judge FRFs as those of a passive, reciprocal structure.
+
+    DoFs whose drive points are zero (see `zeros`) are left out.
 
     Parameters
     ----------
     frf : Frf
-        Any quantity; 0 Hz left out.
+        Any quantity; 0 Hz is left out.
     coherence : array, shape of the FRF's values, optional
         NaN where it is not known.
-    rigid : mapping of str to float, optional
-        DoF → accelerance of the rigid-body motion at its drive point, 1/kg.
-    below : float
-        Up to this frequency (Hz) the structure is rigid.
+    rigid : mapping of str to array, shape (nf,), optional
+        DoF → accelerance of the rigid-body motion at its drive point, 1/kg, NaN where the
+        structure is not rigid; see `rigid_accelerance`.
     noise : float
         What is no defect, relative to the size of an FRF.
     """
-    square = frf_square(frf)
+    kept = frf.frequency > 0
     mobility = frf.band(np.nextafter(0, 1)).to("mobility")
+    still, axis = zeros(mobility), mobility.frequency
+    square = tuple(label for label in frf_square(mobility) if (label, label) not in still)
+    known = None if coherence is None else coherence[kept]
+    ratios = _rigid_ratios(mobility, {k: v[kept] for k, v in (rigid or {}).items()})
+    pairs = reciprocity_defect(mobility, square) if len(square) > 1 else None
+    matrix = passivity_defect(mobility, square) if len(square) > 1 else None
     found = [
-        *_reciprocity(mobility, square, noise),
+        *([] if pairs is None else _reciprocity(axis, pairs, square, noise)),
         *_phase(mobility, square, noise),
-        *_passivity(mobility, square, noise),
-        *_coherence(frf, coherence),
-        *_mass(mobility, rigid or {}, below, noise),
+        *([] if matrix is None else _defect("passivity", square, axis, matrix, matrix > noise)),
+        *([] if known is None else _coherence(mobility, known)),
+        *_mass(axis, ratios, noise),
     ]
-    return tuple(found)
+    return Quality(
+        axis,
+        square,
+        None if pairs is None else pairs.max(axis=(1, 2)),
+        matrix,
+        None if known is None else np.nanmin(known, axis=(1, 2), initial=1.0),
+        ratios,
+        tuple(found),
+    )
+
+
+def rigid_accelerance(
+    system: SecondOrderSystem, frequency: FloatArray, noise: float = NOISE
+) -> dict[str, FloatArray]:
+    """Return Σ φ_i² of the rigid-body modes (φᵀ M φ = 1) where the structure moves as a rigid body.
+
+    That is below its first elastic mode, where its own accelerance is within half the noise of it.
+
+    Parameters
+    ----------
+    system : SecondOrderSystem
+        Symmetric.
+    frequency : array, shape (nf,), Hz
+        Above 0.
+
+    Returns
+    -------
+    mapping of DoF to array, shape (nf,), 1/kg
+        NaN elsewhere; without the DoFs that are rigid at none of the lines.
+    """
+    modes = real_modes(system)
+    elastic = modes.natural_frequencies[modes.n_rigid :]
+    low = frequency < (elastic[0] if elastic.size else np.inf)
+    if not (modes.n_rigid and low.any()):
+        return {}
+    rows, factors = system.locate()
+    line = (modes.shapes[rows, : modes.n_rigid] ** 2).sum(axis=1) * factors**2
+    own = direct_frf(system, frequency[low]).to("accelerance")
+    found = {}
+    for label, expected in zip(system.labels, line, strict=True):
+        if expected <= STILL * line.max():
+            continue
+        near = np.abs(np.abs(own.between(label, label)) / expected - 1) < noise / 2
+        if near.any():
+            found[label] = np.full(frequency.size, np.nan)
+            found[label][np.flatnonzero(low)[near]] = expected
+    return found
+
+
+def zeros(frf: Frf) -> tuple[tuple[str, str], ...]:
+    """Return response and excitation of the FRFs that are zero at every line.
+
+    Such is a dead channel, unless symmetry lets nothing pass.
+    """
+    still = ~frf.values.any(axis=0)
+    return tuple((frf.responses[i], frf.excitations[j]) for i, j in np.argwhere(still))
 
 
 def reciprocity_defect(frf: Frf, labels: Sequence[str]) -> FloatArray:
     """Return |H_ij − H_ji| / √(h_i h_j), shape (nf, n, n), h the norm of a column of H."""
     values = frf.select(labels, labels).values
-    size = _pair_size(values)
-    difference = np.abs(values - values.transpose(0, 2, 1))
-    defect: FloatArray = np.divide(difference, size, out=np.zeros_like(difference), where=size > 0)
+    norms = np.linalg.norm(values, axis=2)
+    largest = np.max([norms * column[:, None] for column in norms.T], axis=1)
+    least = FLOOR * np.sqrt(largest)
+    defect = np.zeros(values.shape)
+    for lines in stretches(len(values), LINES):
+        size = np.sqrt(norms[lines, :, None] * norms[lines, None, :])
+        size = np.maximum(size, least)
+        difference = np.abs(values[lines] - values[lines].transpose(0, 2, 1))
+        np.divide(difference, size, out=defect[lines], where=size > 0)
     return defect
 
 
@@ -108,11 +223,15 @@ def passivity_defect(frf: Frf, labels: Sequence[str]) -> FloatArray:
     """
     mobility = frf.to("mobility").select(labels, labels).values
     scale = 1 / np.sqrt(_drive_size(mobility))
-    scaled = mobility * scale[:, :, None] * scale[:, None, :]
-    hermitian = (scaled + scaled.conj().transpose(0, 2, 1)) / 2
-    least = np.linalg.eigvalsh(hermitian)[:, 0]
-    size = np.linalg.norm(scaled, ord=2, axis=(1, 2))
-    return np.asarray(np.maximum(-least, 0) / size, dtype=float)
+    defect = np.empty(len(mobility))
+    for lines in stretches(len(mobility), LINES):
+        scaled = mobility[lines] * scale[lines, :, None] * scale[lines, None, :]
+        hermitian = (scaled + scaled.conj().transpose(0, 2, 1)) / 2
+        given_out = np.maximum(-np.linalg.eigvalsh(hermitian)[:, 0], 0)
+        active = given_out > 0
+        given_out[active] /= np.linalg.norm(scaled[active], ord=2, axis=(1, 2))
+        defect[lines] = given_out
+    return defect
 
 
 # --- parts -------------------------------------------------------------------------------------
@@ -121,12 +240,6 @@ def passivity_defect(frf: Frf, labels: Sequence[str]) -> FloatArray:
 def _drive_size(values: ComplexArray) -> FloatArray:
     size = np.abs(np.diagonal(values, axis1=1, axis2=2))
     return np.asarray(np.maximum(size, FLOOR * size.max(axis=0)) + np.finfo(float).tiny)
-
-
-def _pair_size(values: ComplexArray) -> FloatArray:
-    norms = np.linalg.norm(values, axis=2)
-    size = np.sqrt(norms[:, :, None] * norms[:, None, :])
-    return np.asarray(np.maximum(size, FLOOR * size.max(axis=0)))
 
 
 def _defect(
@@ -138,17 +251,14 @@ def _defect(
     return [Defect(what, labels, lines, float(size[worst]), float(axis[worst]))]
 
 
-def _reciprocity(frf: Frf, square: Sequence[str], noise: float) -> list[Defect]:
+def _reciprocity(
+    axis: FloatArray, size: FloatArray, square: Sequence[str], noise: float
+) -> list[Defect]:
     found: list[Defect] = []
-    if len(square) < 2:
-        return found
-    size = reciprocity_defect(frf, square)
     for i, first in enumerate(square):
         for j in range(i + 1, len(square)):
             pair = (first, square[j])
-            found += _defect(
-                "reciprocity", pair, frf.frequency, size[:, i, j], size[:, i, j] > noise
-            )
+            found += _defect("reciprocity", pair, axis, size[:, i, j], size[:, i, j] > noise)
     return found
 
 
@@ -162,17 +272,8 @@ def _phase(mobility: Frf, square: Sequence[str], noise: float) -> list[Defect]:
     return found
 
 
-def _passivity(mobility: Frf, square: Sequence[str], noise: float) -> list[Defect]:
-    if len(square) < 2:
-        return []
-    size = passivity_defect(mobility, square)
-    return _defect("passivity", tuple(square), mobility.frequency, size, size > noise)
-
-
-def _coherence(frf: Frf, coherence: FloatArray | None) -> list[Defect]:
+def _coherence(frf: Frf, coherence: FloatArray) -> list[Defect]:
     found: list[Defect] = []
-    if coherence is None:
-        return found
     for i, response in enumerate(frf.responses):
         for j, excitation in enumerate(frf.excitations):
             lack = 1 - coherence[:, i, j]
@@ -182,18 +283,24 @@ def _coherence(frf: Frf, coherence: FloatArray | None) -> list[Defect]:
     return found
 
 
-def _mass(mobility: Frf, rigid: Mapping[str, float], below: float, noise: float) -> list[Defect]:
+def _rigid_ratios(mobility: Frf, rigid: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+    accelerance, square = mobility.to("accelerance"), frf_square(mobility)
+    return {
+        label: np.asarray(np.abs(accelerance.between(label, label)) / expected)
+        for label, expected in rigid.items()
+        if label in square
+    }
+
+
+def _mass(axis: FloatArray, ratios: Mapping[str, FloatArray], noise: float) -> list[Defect]:
     found: list[Defect] = []
-    accelerance = mobility.to("accelerance")
-    low = accelerance.frequency <= below
-    for label, expected in rigid.items():
-        if not low.any() or label not in frf_square(mobility):
+    for label, ratio in ratios.items():
+        low = np.isfinite(ratio)
+        if not low.any():
             continue
-        ratio = np.abs(accelerance.between(label, label)) / expected
         typical = float(np.median(ratio[low]))
         if abs(typical - 1) > 2 * noise:
-            at = float(np.median(accelerance.frequency[low]))
-            found.append(Defect("mass", (label,), low, typical, at))
+            found.append(Defect("mass", (label,), low, typical, float(np.median(axis[low]))))
     return found
 
 

@@ -9,12 +9,15 @@ with weights w that make all FRFs agree best with the lines that are no supports
 weights, since all have the same poles. Nakatsukasa, Sète & Trefethen (2018), The AAA algorithm for
 rational approximation, SIAM J. Sci. Comput. 40(3); for several functions Lietaert et al. (2022).
 
-The axis is taken in stretches, each with the lines beside it. The error is what the same
-interpolation makes of the lines in between when only every other line is given to it.
+The axis is taken in stretches, each with the lines beside it, and with as many supports as foretell
+best, from every other line, the lines in between: more would follow noise, with poles where there
+are none. The error is what is left there, or how far the two interpolations, with all lines and
+with every other, are apart.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -44,12 +47,15 @@ class Resampled:
     ----------
     frf : Frf
     error : array, shape (nf,)
-        |ΔH| / max |H| over the FRFs and the lines nearby, from interpolating with every other
-        line; the interpolation with all of them is better.
+        |ΔH| over the largest |H| of that line (each FRF as a share of its peak nearby), from
+        interpolating with every other line; the interpolation with all of them is better.
+    variance : array, shape of the FRF's values
+        E |ΔH|² of each FRF by the same, the mean over the lines nearby; 0 on the FRF's own lines.
     """
 
     frf: Frf
     error: FloatArray
+    variance: FloatArray
 
 
 def resample(frf: Frf, frequency: ArrayLike) -> Resampled:
@@ -81,7 +87,7 @@ def resample(frf: Frf, frequency: ArrayLike) -> Resampled:
         )
     flat = frf.values.reshape(given.size, -1)
     values = np.empty((wanted.size, flat.shape[1]), dtype=complex)
-    error = np.zeros(wanted.size)
+    error, variance = np.zeros(wanted.size), np.zeros(values.shape)
     for first in range(0, given.size, STRETCH):
         last = min(first + STRETCH, given.size)
         upper = given[last] if last < given.size else np.inf
@@ -89,14 +95,15 @@ def resample(frf: Frf, frequency: ArrayLike) -> Resampled:
         if not here.any():
             continue
         near = slice(max(0, first - BESIDE), min(given.size, last + BESIDE + 1))
-        values[here] = _interpolated(given[near], flat[near], wanted[here])
-        error[here] = _error(given[near], flat[near])
+        values[here], error[here], variance[here] = _interpolated(
+            given[near], flat[near], wanted[here]
+        )
     same = np.isin(wanted, given)
     values[same] = flat[np.isin(given, wanted)]
-    error[same] = 0.0
+    error[same], variance[same] = 0.0, 0.0
     shape = (wanted.size, *frf.values.shape[1:])
     ordered = np.ascontiguousarray(values.reshape(shape).transpose(1, 2, 0)).transpose(2, 0, 1)
-    return Resampled(replace(frf, frequency=wanted, values=ordered), error)
+    return Resampled(replace(frf, frequency=wanted, values=ordered), error, variance.reshape(shape))
 
 
 def overlap(first: FloatArray, second: FloatArray) -> str:
@@ -107,45 +114,64 @@ def overlap(first: FloatArray, second: FloatArray) -> str:
     return f"they have {low:.6g} to {high:.6g} Hz in common"
 
 
-def _error(axis: FloatArray, values: ComplexArray) -> float:
-    """Return how far interpolation with every other line is from those in between."""
-    rest = slice(1, axis.size - 1 if axis.size % 2 == 0 else axis.size, 2)
-    if axis[rest].size == 0:
-        return 1.0
-    off = _interpolated(axis[::2], values[::2], axis[rest]) - values[rest]
-    size = np.abs(values).max(axis=0)
-    return float((np.abs(off) / np.where(size > 0, size, 1.0)).max())
+def _interpolated(
+    axis: FloatArray, values: ComplexArray, wanted: FloatArray
+) -> tuple[ComplexArray, FloatArray, FloatArray]:
+    """Return values at `wanted`, their largest relative error, and the variance of each FRF.
+
+    Errors count by the size of a line, the largest of its FRFs of peak 1: it grows by powers of
+    ten towards 0 Hz of what is free, and noise with it.
+    """
+    peak = np.abs(values).max(axis=0)
+    peak = np.where(peak > 0, peak, 1.0)
+    scaled = values / peak
+    size = np.abs(scaled).max(axis=1)
+    size = np.maximum(size, np.finfo(float).eps)
+    half, rest = slice(0, None, 2), slice(1, axis.size - 1 if axis.size % 2 == 0 else None, 2)
+    off, count = np.full(scaled[rest].shape, np.inf), 1
+    for supports, weights in _rationals(axis[half], scaled[half], size[half]):
+        left = _evaluated(axis[half][supports], scaled[half][supports], weights, axis[rest])
+        left = np.abs(left - scaled[rest]) / size[rest, None]
+        if not np.linalg.norm(left) < np.linalg.norm(off):
+            continue
+        off, count = left, len(supports)
+        coarse = _evaluated(axis[half][supports], scaled[half][supports], weights, wanted)
+    for supports, weights in _rationals(axis, scaled, size):
+        if len(supports) <= count:
+            found = _evaluated(axis[supports], scaled[supports], weights, wanted)
+    there = np.exp(np.interp(wanted, axis, np.log(size)))[:, None]
+    apart = np.abs(found - coarse) / there
+    error = np.maximum(off.max(), apart.max(axis=1))
+    variance = np.maximum((off**2).mean(axis=0), apart**2) * (there * peak) ** 2
+    return found * peak, error, variance
 
 
-def _interpolated(axis: FloatArray, values: ComplexArray, wanted: FloatArray) -> ComplexArray:
-    """Return rational functions through some of the lines, closest to the others, at `wanted`."""
-    size = np.abs(values).max(axis=0)
-    scaled = values / np.where(size > 0, size, 1.0)
-    supports, weights = _supports(axis, scaled)
-    found: ComplexArray = _evaluated(axis[supports], scaled[supports], weights, wanted) * size
-    return found
-
-
-def _supports(axis: FloatArray, values: ComplexArray) -> tuple[list[int], ComplexArray]:
-    """Add the line that is worst as a support until the others are met."""
-    chosen = [int(np.argmax(np.abs(values - values.mean(axis=0)).max(axis=1)))]
+def _rationals(
+    axis: FloatArray, values: ComplexArray, size: FloatArray
+) -> Iterator[tuple[list[int], ComplexArray]]:
+    """Yield supports and weights: the line that is worst becomes a support, one after the other."""
+    typical = np.median(values / size[:, None], axis=0) * size[:, None]
+    chosen = [int(np.argmax(np.abs(values - typical).max(axis=1) / size))]
     weights = np.ones(1, dtype=complex)
-    while len(chosen) < min(MOST_SUPPORTS, axis.size // 2):
+    while True:
+        yield list(chosen), weights
+        if len(chosen) >= min(MOST_SUPPORTS, axis.size // 2):
+            return
         rest = np.setdiff1d(np.arange(axis.size), chosen)
-        off = np.abs(
-            _evaluated(axis[chosen], values[chosen], weights, axis[rest]) - values[rest]
-        ).max(axis=1)
-        if off.max() <= GOOD_ENOUGH:
-            break
-        chosen.append(int(rest[np.argmax(off)]))
-        weights = _weights(axis, values, chosen)
-    return chosen, weights
+        off = _evaluated(axis[chosen], values[chosen], weights, axis[rest]) - values[rest]
+        worst = np.abs(off).max(axis=1) / size[rest]
+        if worst.max() <= GOOD_ENOUGH:
+            return
+        chosen.append(int(rest[np.argmax(worst)]))
+        weights = _weights(axis, values, size, chosen)
 
 
-def _weights(axis: FloatArray, values: ComplexArray, chosen: list[int]) -> ComplexArray:
+def _weights(
+    axis: FloatArray, values: ComplexArray, size: FloatArray, chosen: list[int]
+) -> ComplexArray:
     """Return the right singular vector of the stacked Loewner matrices' least singular value."""
     rest = np.setdiff1d(np.arange(axis.size), chosen)
-    cauchy = 1 / (axis[rest, None] - axis[chosen])
+    cauchy = 1 / (axis[rest, None] - axis[chosen]) / size[rest, None]
     loewner = (values[rest, None, :] - values[None, chosen, :]) * cauchy[:, :, None]
     stacked = loewner.transpose(2, 0, 1).reshape(-1, len(chosen))
     gram = np.linalg.qr(stacked, mode="r")  # as small as the weights are many

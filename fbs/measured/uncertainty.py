@@ -25,17 +25,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .._kernels.blocks import each, stretches
+from .._assembly import COLUMNS, add_up, runs
+from .._kernels.blocks import each
 from .._kernels.checks import ComplexArray, FloatArray
-from ..coupling import couple
+from ..coupling import Interface, couple, coupled
 from ..errors import FbsError, UnknownDofError
 from ..frf import Frf, require_same_layout
-from ..joints import Joint
-
-LINES = 512
-"""Lines at once: what is added up stays in the cache."""
-
-GAIN = "force or motion at "
+from ..joints import AnyJoint
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,10 +44,21 @@ class Scatter:
         E |dH|².
     pseudo : complex array of that shape, or None
         E dH²; None is 0: the error is alike in all directions of the complex plane.
+    degrees : float
+        Degrees of freedom the variance was estimated with: what it divides has Student's t
+        distribution. Infinite where it is known.
     """
 
     variance: FloatArray
     pseudo: ComplexArray | None = None
+    degrees: float = np.inf
+
+    def select(self, responses: Sequence[int], excitations: Sequence[int]) -> Scatter:
+        """Return the errors of some FRFs, by their numbers."""
+        lines = range(len(self.variance))
+        at = np.ix_(lines, responses, excitations)
+        pseudo = None if self.pseudo is None else self.pseudo[at]
+        return Scatter(self.variance[at], pseudo, self.degrees)
 
     @classmethod
     def relative(cls, frf: Frf, amplitude: float, phase: float = 0.0) -> Scatter:
@@ -76,7 +83,8 @@ class Scatter:
         known = np.where(np.isnan(coherence), 1.0, coherence)
         if not ((known > 0) & (known <= 1)).all():
             raise FbsError("the coherence must be above 0 and at most 1")
-        return cls(np.abs(frf.values) ** 2 * (1 - known) / (known * degrees))
+        variance = np.abs(frf.values) ** 2 * (1 - known) / (known * degrees)
+        return cls(variance, degrees=2 * degrees)  # real and imaginary parts alike
 
     @classmethod
     def of_repeats(cls, repeats: Sequence[Frf]) -> Scatter:
@@ -90,7 +98,7 @@ class Scatter:
         rests = [frf.values - mean for frf in repeats]
         variance = sum(np.abs(rest) ** 2 for rest in rests) / (n * (n - 1))
         pseudo = sum(rest**2 for rest in rests) / (n * (n - 1))
-        return cls(np.asarray(variance), np.asarray(pseudo))
+        return cls(np.asarray(variance), np.asarray(pseudo), n - 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,11 +131,15 @@ class UncertainFrf:
     def radius(self, level: float = 0.95) -> FloatArray:
         """Return the radius around H that holds the FRF with this probability.
 
-        That of the errors alike in all directions, √(−ln(1 − level) E |dY|²).
+        That of errors alike in all directions, √(−ln(1 − level) E |dY|²), or by the quantile of
+        F(2, ν) where the variance was estimated with ν degrees of freedom.
         """
         if not 0 < level < 1:
             raise FbsError(f"the level is {level}; must be between 0 and 1")
-        return np.asarray(np.sqrt(-np.log1p(-level) * self.variance))
+        quantile, degrees = -np.log1p(-level), self.errors.degrees
+        if np.isfinite(degrees):
+            quantile = degrees / 2 * np.expm1(2 / degrees * quantile)
+        return np.asarray(np.sqrt(quantile * self.variance))
 
     def deviations(self, response: str, excitation: str) -> tuple[FloatArray, FloatArray]:
         """Return the standard deviations of ln |H| and of the phase (rad) of one FRF.
@@ -178,7 +190,7 @@ class UncertainFrf:
 
 def coupled_uncertainty(
     substructures: Mapping[str, Frf],
-    joints: Sequence[Joint],
+    joints: Sequence[AnyJoint],
     part: str,
     errors: Scatter,
     responses: Iterable[str] | None = None,
@@ -202,210 +214,187 @@ def coupled_uncertainty(
     FbsError
         As for `couple`, or errors of another shape.
     """
-    if part not in substructures:
-        raise UnknownDofError(f"there is no substructure {part!r}, only {', '.join(substructures)}")
+    _require_fitting(substructures, part, errors)
     frf = substructures[part]
-    if errors.variance.shape != frf.values.shape:
-        raise FbsError(
-            f"the errors have shape {errors.variance.shape}, the FRFs of {part!r} "
-            f"{frf.values.shape}"
-        )
-    interface = _interface(joints, part)
-    wanted = _all(substructures, "responses") if responses is None else tuple(responses)
-    driven = _all(substructures, "excitations") if excitations is None else tuple(excitations)
-    result = couple(substructures, joints, wanted, driven).frf
-    force = _at_joints(substructures, joints, part, interface, driven, "responses")
-    motion = _at_joints(substructures, joints, part, interface, wanted, "excitations")
-    index = _Index(frf, interface, wanted, driven)
-    variance = _carried(errors.variance, _squared(motion), _squared(force), index)
-    gains = (force.transpose(2, 0, 1), motion.transpose(2, 0, 1))
-    return UncertainFrf(result, variance, *gains, interface, frf, errors)
+    result, known = coupled(substructures, joints, responses, excitations)
+    places = _Places.of(known, part)
+    motion = _at_joints(known, places, "responses")
+    force = _at_joints(known, places, "excitations")
+    variance = _carried(errors.variance, places, _squared(motion), _squared(force))
+    return UncertainFrf(
+        result.frf,
+        variance,
+        force.transpose(2, 0, 1),
+        motion.transpose(2, 1, 0),
+        places.labels(frf),
+        frf,
+        errors,
+    )
 
 
 def sampled(
     substructures: Mapping[str, Frf],
-    joints: Sequence[Joint],
-    part: str,
-    errors: Scatter,
+    joints: Sequence[AnyJoint],
+    errors: Mapping[str, Scatter],
     count: int,
     seed: int = 0,
     responses: Iterable[str] | None = None,
     excitations: Iterable[str] | None = None,
 ) -> Iterator[Frf]:
-    """Couple again and again with errors drawn from normal distributions.
+    """Couple again and again with errors drawn from normal distributions, or Student's t.
 
     Parameters
     ----------
+    substructures, joints, responses, excitations
+        As for `couple`.
+    errors : mapping of str to Scatter
+        Of the substructures that were measured; Student's t where their degrees are finite.
     count : int
         How often.
     seed : int
         Of the random numbers.
 
-    The others are those of `coupled_uncertainty`, and so is what is raised.
+    Raises
+    ------
+    UnknownDofError, FbsError
+        As for `coupled_uncertainty`.
     """
     generator = np.random.default_rng(seed)
     wanted = None if responses is None else tuple(responses)
     driven = None if excitations is None else tuple(excitations)
-    frf = substructures[part]
-    roots = _roots(errors)
+    for part, scatter in errors.items():
+        _require_fitting(substructures, part, scatter)
+    roots = {part: _roots(scatter) for part, scatter in errors.items()}
     for _ in range(count):
-        values = frf.values + _draw(roots, generator)
-        changed = dict(substructures) | {part: replace(frf, values=values)}
+        changed = dict(substructures)
+        for part, scatter in errors.items():
+            error = _draw(roots[part], generator)
+            if np.isfinite(scatter.degrees):
+                size = generator.chisquare(scatter.degrees, error.shape)
+                error = error * np.sqrt(scatter.degrees / size)
+            changed[part] = replace(changed[part], values=changed[part].values + error)
         yield couple(changed, joints, wanted, driven).frf
 
 
 # --- parts -------------------------------------------------------------------------------------
 
 
-def _interface(joints: Sequence[Joint], part: str) -> tuple[str, ...]:
-    ends = [end for joint in joints for end in (joint.first, joint.second)]
-    return tuple(dict.fromkeys(label for owner, label in ends if owner == part))
-
-
-def _all(substructures: Mapping[str, Frf], side: str) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(x for frf in substructures.values() for x in getattr(frf, side)))
-
-
-def _at_joints(
-    substructures: Mapping[str, Frf],
-    joints: Sequence[Joint],
-    part: str,
-    interface: Sequence[str],
-    wanted: Sequence[str],
-    side: str,
-) -> ComplexArray:
-    """Return R at the joints' DoFs of the part (side "responses"), or L ("excitations").
-
-    The part gets a response that is the force at a joint's DoF: H = 1 for a force there, else 0;
-    in the assembly it is δ − Bᵀ G B Y. All other responses but the joints' are left out.
-
-    Returns
-    -------
-    array, shape (n_joint, n_excitation, nf) or (n_response, n_joint, nf)
-    """
-    few = {name: _only(frf, _interface(joints, name), side) for name, frf in substructures.items()}
-    few[part] = _with_unit_gains(few[part], interface, side)
-    names = [GAIN + label for label in interface]
-    at = {"responses": names, "excitations": wanted}
-    if side == "excitations":
-        at = {"responses": wanted, "excitations": names}
-    return couple(few, joints, at["responses"], at["excitations"]).frf.values.transpose(1, 2, 0)
-
-
-def _only(frf: Frf, labels: Sequence[str], side: str) -> Frf:
-    return frf.select(responses=labels) if side == "responses" else frf.select(excitations=labels)
-
-
-def _with_unit_gains(frf: Frf, interface: Sequence[str], side: str) -> Frf:
-    rows = side == "responses"
-    across = frf.excitations if rows else frf.responses
-    gains = np.zeros((len(interface), len(across), frf.frequency.size), dtype=complex)
-    for k, label in enumerate(interface):
-        gains[k, across.index(label)] = 1.0
-    own = frf.values.transpose(1, 2, 0)
-    values = np.concatenate(
-        [own, gains if rows else gains.transpose(1, 0, 2)], axis=0 if rows else 1
-    )
-    labels = (*getattr(frf, side), *(GAIN + label for label in interface))
-    changes = {"values": values.transpose(2, 0, 1), side: labels}
-    return replace(frf, **changes)  # type: ignore[arg-type]
+def _require_fitting(substructures: Mapping[str, Frf], part: str, errors: Scatter) -> None:
+    if part not in substructures:
+        raise UnknownDofError(f"there is no substructure {part!r}, only {', '.join(substructures)}")
+    values = substructures[part].values
+    if errors.variance.shape != values.shape:
+        raise FbsError(
+            f"the errors have shape {errors.variance.shape}, the FRFs of {part!r} {values.shape}"
+        )
 
 
 @dataclass(frozen=True, eq=False)
-class _Index:
-    """Where the part's DoFs stand: own[i] is the part's number of response i, or None."""
+class _Places:
+    """Where the part's DoFs stand.
 
-    part: Frf
-    interface: tuple[str, ...]
-    wanted: tuple[str, ...]
-    driven: tuple[str, ...]
+    at_rows, at_columns : those of the joints, in the part
+    rows[i], columns[j] : (substructure, its number) of response i and excitation j
+    """
 
-    def free(self, side: str) -> list[tuple[slice, slice]]:
-        """Return runs of DoFs of the part that are no joint's: in the assembly, and in the part."""
-        labels, known = (
-            (self.wanted, self.part.responses)
-            if side == "responses"
-            else (self.driven, self.part.excitations)
-        )
-        runs: list[tuple[slice, slice]] = []
-        for place, label in enumerate(labels):
-            if label not in known or label in self.interface:
-                continue
-            own = known.index(label)
-            if runs and (runs[-1][0].stop, runs[-1][1].stop) == (place, own):
-                (first, _), (first_own, _) = ((r.start, r.stop) for r in runs.pop())
-                runs.append((slice(first, place + 1), slice(first_own, own + 1)))
-            else:
-                runs.append((slice(place, place + 1), slice(own, own + 1)))
-        return runs
+    part: str
+    at_rows: tuple[int, ...]
+    at_columns: tuple[int, ...]
+    rows: tuple[tuple[str, int], ...]
+    columns: tuple[tuple[str, int], ...]
 
-    def joints(self, side: str) -> list[int]:
-        """Return the joints' DoFs in the part."""
-        known = self.part.responses if side == "responses" else self.part.excitations
-        return [known.index(label) for label in self.interface]
+    @classmethod
+    def of(cls, known: Interface, part: str) -> _Places:
+        ends = {end.response: end.excitation for end in known.ends[part]}
+        columns = [("", 0)] * len(known.layout.excitations)
+        for name, run in ((n, r) for n, found in known.layout.columns.items() for r in found):
+            if run.own is not None:
+                for number in range(run.own.stop - run.own.start):
+                    columns[run.place.start + number] = (name, run.own.start + number)
+        rows = known.layout.rows
+        return cls(part, tuple(ends), tuple(ends.values()), rows, tuple(columns))
+
+    def labels(self, frf: Frf) -> tuple[str, ...]:
+        return tuple(frf.responses[row] for row in self.at_rows)
+
+    def own(self, side: str) -> list[tuple[str, int]]:
+        """Return the places of a side, those of the joints' DoFs of the part as nobody's."""
+        places, at = self.side(side)
+        joined = {(self.part, number) for number in at}
+        return [("", 0) if place in joined else place for place in places]
+
+    def side(self, side: str) -> tuple[tuple[tuple[str, int], ...], tuple[int, ...]]:
+        return (self.rows, self.at_rows) if side == "responses" else (self.columns, self.at_columns)
+
+
+def _at_joints(known: Interface, places: _Places, side: str) -> ComplexArray:
+    """Return R at the joints' DoFs of the part (side "excitations"), or L ("responses").
+
+    R_cj = δ_cj − Σ_ab s_a s_b G_ab Y_bj, a the ends of the joints at c, b those in j's own part.
+
+    Returns
+    -------
+    array, shape (n_joint, n_excitation, nf) or (n_joint, n_response, nf)
+        Known to eps |Y| / |Y_c|, as Y_c is: what the joints hold fast loses digits in the
+        difference.
+    """
+    driven = side == "excitations"
+    inverse = known.inverse if driven else known.inverse.transpose(1, 0, 2)
+    frfs = {n: y if driven else y.transpose(1, 0, 2) for n, y in known.frfs.items()}
+    numbers, at = places.side(side)
+    gains = np.zeros((len(at), len(numbers), known.inverse.shape[2]), dtype=complex)
+    for c, (row, joint) in enumerate(zip(places.at_rows, at, strict=True)):
+        here = [end for end in known.ends[places.part] if end.response == row]
+        for name, ends in known.ends.items():
+            for b in ends:
+                factor = -b.sign * sum(a.sign * inverse[a.joint, b.joint] for a in here)
+                own = frfs[name][b.response if driven else b.excitation]
+                for place, (owner, number) in enumerate(numbers):
+                    if owner == name:
+                        gains[c, place] += factor * own[number]
+        for place in (p for p, n in enumerate(numbers) if n == (places.part, joint)):
+            gains[c, place] += 1.0
+    return gains
 
 
 def _squared(gain: ComplexArray) -> FloatArray:
     return np.asarray(gain.real**2 + gain.imag**2)
 
 
-def _carried(
-    errors: FloatArray, motion: FloatArray, force: FloatArray, index: _Index
-) -> FloatArray:
-    """Return Σ_kl L²_ik e_kl R²_lj: L² = `motion` and R² = `force` at joints, else the identity.
+def _carried(e: FloatArray, places: _Places, left: FloatArray, right: FloatArray) -> FloatArray:
+    """Return Σ_kl L²_ik e_kl R²_lj: L² = `left` and R² = `right` at joints, else the identity.
 
-    W_il = [i in A] e_il + Σ_c L²_ic e_cl,   result_ij = [j in A] W_ij + Σ_c W_ic R²_cj
+    V_kj = [j in A] e_kj + Σ_c e_kc R²_cj,   result_ij = [i in A] V_ij + Σ_c L²_ic V_cj
     """
-    e = errors.transpose(1, 2, 0)
-    n, m, nf = len(index.wanted), len(index.driven), e.shape[2]
-    result = np.empty((n, m, nf))
-    own = {
-        place: row
-        for places, rows in index.free("responses")
-        for place, row in zip(range(n)[places], range(len(e))[rows], strict=True)
-    }
-    columns = index.free("excitations")
-    at_rows, at_columns = index.joints("responses"), index.joints("excitations")
-    places = (columns, at_rows, at_columns)
+    e = e.transpose(1, 2, 0)
+    nf = e.shape[2]
+    result = np.empty((left.shape[1], right.shape[1], nf))
+    at_joints = np.empty((len(left), *result.shape[1:]))
+    columns = runs(places.part, places.own("excitations"))
+    step = max(1, COLUMNS // (8 * nf))
+
+    def write(out: FloatArray, row: int | None, terms: list[tuple[FloatArray, FloatArray]]) -> None:
+        """Write V of a row of the part, and terms on top."""
+        if row is not None:
+            terms = [*terms, *((right[c], e[row, k]) for c, k in enumerate(places.at_columns))]
+        scratch = np.empty((min(step, len(out)), nf))
+        for run in (piece for whole in columns for piece in whole.pieces(step)):
+            here, own = run
+            base = None if row is None or own is None else e[row, own]
+            add_up(
+                out[here], base, [(v[here], gain) for v, gain in terms], scratch[: len(out[here])]
+            )
 
     def fill(i: int) -> None:
-        scratch = np.empty((m, min(nf, LINES)), dtype=float)
-        for lines in stretches(nf, LINES):
-            part, right = e[:, :, lines], force[:, :, lines]
-            out = result[i, :, lines]
-            _row(out, part, motion[i, :, lines], right, own.get(i), places, scratch)
+        owner, number = rows[i]
+        terms = [(v, left[c, i]) for c, v in enumerate(at_joints)]
+        write(result[i], number if owner == places.part else None, terms)
 
-    each(fill, range(n), result.nbytes)
+    rows = places.own("responses")
+    for c, row in enumerate(places.at_rows):
+        write(at_joints[c], row, [])
+    each(fill, range(len(result)), result.nbytes)
     return result.transpose(2, 0, 1)
-
-
-def _row(
-    out: FloatArray,
-    part: FloatArray,
-    left: FloatArray,
-    right: FloatArray,
-    own: int | None,
-    places: tuple[list[tuple[slice, slice]], list[int], list[int]],
-    scratch: FloatArray,
-) -> None:
-    """Write one response of `_carried` over some lines."""
-    columns, at_rows, at_columns = places
-    scratch = scratch[:, : out.shape[1]]
-    for number, column in enumerate(at_columns):
-        gain = sum((left[c] * part[row, column] for c, row in enumerate(at_rows)), start=0.0)
-        if own is not None:
-            gain = gain + part[own, column]
-        target = scratch if number else out
-        np.multiply(right[number], gain, out=target)
-        if number:
-            out += scratch
-    if not at_columns:
-        out[:] = 0.0
-    for place, run in columns:
-        if own is not None:
-            out[place] += part[own, run]
-        for c, row in enumerate(at_rows):
-            out[place] += np.multiply(part[row, run], left[c], out=scratch[place])
 
 
 def _gains(

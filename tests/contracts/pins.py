@@ -89,13 +89,23 @@ class Pin:
         return found | ({"printed": self.printed(called.out)} if self.printed else {})
 
 
+STAGE_FILES = tuple(
+    f"frf lin-parker-3 --response {dofs} --excitation {dofs} --fmin 100 --fmax 3000 --df 100"
+    f" --output {{aside}}/{name}.npz"
+    for name, dofs in (
+        ("sun", "planetary.sun.w,planetary.carrier.w"),
+        ("planet", "planetary.ring.w,planetary.planet1.v"),
+    )
+)
+"""FRFs of two parts, such as tests would give."""
+
 PINS: Mapping[str, Pin] = {
     "run": Pin(("run {models}/pair.toml --fmin 40 --fmax 4000 --df 40 --out {out}",)),
     "run-replace": Pin(
         (
             "frf {soft} --stage pair --response all --excitation all"
             " --fmin 40 --fmax 4000 --df 40 --output {aside}/soft.npz",
-            "run {models}/pair.toml --replace pair={aside}/soft.npz --out {out}",
+            "run {models}/pair.toml --replace pair={aside}/soft.npz --noise 1%,1deg --out {out}",
         )
     ),
     "modes": Pin(("modes {models}/pair.toml --torque 100 --json",), printed=json_lines),
@@ -161,6 +171,38 @@ PINS: Mapping[str, Pin] = {
     ),
     "truncate": Pin(
         ("truncate {models}/pair.toml --band 40:4000:40 --tolerance 0.1dB --out {out}",)
+    ),
+    "explore": Pin(("explore {models}/pair.toml --out {out}",)),
+    "couple": Pin(
+        (
+            *STAGE_FILES,
+            "couple {aside}/sun.npz {aside}/planet.npz --at planetary.sun.w=planetary.ring.w"
+            " --joint 1e6,10 --noise 1% --output {out}/x.npz --out {out}",
+        )
+    ),
+    "decouple": Pin(
+        (
+            *STAGE_FILES,
+            "couple {aside}/sun.npz {aside}/planet.npz --at planetary.sun.w=planetary.ring.w"
+            " --output {aside}/ab.npz --out {aside}/couple",
+            "decouple {aside}/ab.npz {aside}/planet.npz --at planetary.sun.w=planetary.ring.w"
+            " --output {out}/x.npz --out {out}",
+        )
+    ),
+    "identify": Pin(
+        (
+            *STAGE_FILES,
+            "couple {aside}/sun.npz {aside}/planet.npz --at planetary.sun.w=planetary.ring.w"
+            " --joint 1e6,10 --output {aside}/ab.npz --out {aside}/couple",
+            "identify {aside}/ab.npz {aside}/sun.npz {aside}/planet.npz"
+            " --at planetary.sun.w=planetary.ring.w --noise 1% --output {out}/x.csv --out {out}",
+        )
+    ),
+    "reduce": Pin(
+        (
+            "reduce paper --stage planetary --band 100:3000:100 --sizes 8,16"
+            " --output {out}/x.npz --out {out}",
+        )
     ),
     "schema": Pin(("schema",), printed=schema_lines),
 }

@@ -103,7 +103,7 @@ def test_own_stage_type(own_stage_type: dict[str, Any], tmp_path: Path) -> None:
     """Alone, without its half of the hub (none): two inertias I on a spring k, ω² = 2 k/I."""
     result, drivetrain = own_stage_type["result"], own_stage_type["drivetrain"]
     assert [check.subject for check in result.checks if not check.agrees] == []
-    assert "stage shaft" in {check.subject for check in result.checks}
+    assert "part shaft" in {check.subject for check in result.checks}
     alone = linearize(build_stage(drivetrain, "shaft"))
     (rigid, elastic) = np.linalg.eigvalsh(np.linalg.solve(alone.mass, alone.stiffness))
     assert elastic == pytest.approx(2.0 * 4e4 / 2e-3, rel=1e-12)

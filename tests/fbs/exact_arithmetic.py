@@ -76,7 +76,8 @@ class Assembly:
                 a[i][k] += acb(arb(sign) * arb(factor))
         for k, joint in enumerate(self.joints, start=n):
             if not joint.rigid:
-                a[k][k] = -1 / (acb(arb(joint.stiffness)) + acb(0, 1) * w * arb(joint.damping))
+                stiffness, damping = map(arb, joint.spring)
+                a[k][k] = -1 / (acb(stiffness) + acb(0, 1) * w * damping)
         driven = [self.coordinate(*node) for node in columns]
         right = [[acb(0)] * len(driven) for _ in range(n + ties)]
         for j, (i, factor) in enumerate(driven):

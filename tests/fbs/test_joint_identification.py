@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fbs import FbsError, Frf, Joint, SecondOrderSystem, SingularLineError, couple, direct_frf
-from fbs.joint_identification import JointStiffness, joint_between, joint_in_situ, spring
+from fbs.joint_identification import JointStiffness, fit_spring, joint_between, joint_in_situ
 
 LINES = np.linspace(2.0, 60.0, 117)
 K, C = 3e4, 20.0
@@ -35,7 +35,7 @@ def noisy(frf: Frf, relative: float, rng: np.random.Generator) -> Frf:
 def exact(joint: JointStiffness) -> None:
     expected = K + 2j * np.pi * LINES * C
     np.testing.assert_allclose(joint.values[:, 0, 0], expected, rtol=1e-9)
-    fitted = spring(joint)
+    fitted = fit_spring(joint)
     assert fitted.stiffness == pytest.approx(K, rel=1e-9)
     assert fitted.damping == pytest.approx(C, rel=1e-7)
 
@@ -56,7 +56,7 @@ def test_with_one_percent_noise_within_one_percent_and_its_interval(form: str) -
         joint = (
             joint_in_situ(ab, AT, 0.01) if form == "in situ" else joint_between(ab, a, b, AT, 0.01)
         )
-        fitted = spring(joint)
+        fitted = fit_spring(joint)
         held += abs(fitted.stiffness - K) <= fitted.stiffness_interval
         values.append(fitted.stiffness)
     assert held / 400 == pytest.approx(0.95, abs=0.03)
@@ -68,7 +68,7 @@ def test_what_the_data_do_not_tell_is_said() -> None:
     stiff = couple({"A": A, "B": B}, [Joint(("A", "a2"), ("B", "b1"), 1e10)]).frf
     rng = np.random.default_rng(4)
     ab, a, b = (noisy(frf, 0.01, rng) for frf in (stiff, A, B))
-    fitted = spring(joint_between(ab, a, b, AT, 0.01))
+    fitted = fit_spring(joint_between(ab, a, b, AT, 0.01))
     assert not fitted.tells_stiffness
     assert fitted.describe().startswith("the data do not tell the stiffness")
 
@@ -78,8 +78,8 @@ def test_more_than_a_spring_shows_in_the_residual() -> None:
     heavy = SecondOrderSystem(np.diag([0.5]), np.zeros((1, 1)), np.array([[1e-9]]), ("m",))
     joints = [Joint(("A", "a2"), ("M", "m"), 2 * K), Joint(("M", "m"), ("B", "b1"), 2 * K)]
     ab = couple({"A": A, "M": direct_frf(heavy, LINES), "B": B}, joints).frf
-    assert spring(joint_between(ab, A, B, AT, 1e-3)).residual > 5.0
-    assert spring(joint_between(AB, A, B, AT, 1e-3)).residual < 1e-3
+    assert fit_spring(joint_between(ab, A, B, AT, 1e-3)).residual > 5.0
+    assert fit_spring(joint_between(AB, A, B, AT, 1e-3)).residual < 1e-3
 
 
 def test_what_cannot_be_identified() -> None:
@@ -88,7 +88,7 @@ def test_what_cannot_be_identified() -> None:
     with pytest.raises(FbsError, match="relative = 2"):
         joint_in_situ(AB, AT, 2.0)
     with pytest.raises(FbsError, match="pair = 1: there are 1"):
-        spring(joint_in_situ(AB, AT), 1)
+        fit_spring(joint_in_situ(AB, AT), 1)
     rigid = couple({"A": A, "B": B.renamed({"b1": "a2"})}, [Joint(("A", "a2"), ("B", "a2"))]).frf
     alike = Frf(
         LINES, rigid.select(["a2"], ["a2"]).values * np.ones((1, 2, 2)), ("a2", "b1"), ("a2", "b1")

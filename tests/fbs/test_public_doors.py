@@ -37,6 +37,10 @@ SYSTEM = SecondOrderSystem(MASS, 1e-5 * STIFFNESS, STIFFNESS, ("a", "b"), {"h": 
 OTHER = SecondOrderSystem(MASS, 1e-5 * STIFFNESS, STIFFNESS, ("c", "d"))
 FRF, OTHER_FRF = direct_frf(SYSTEM, AXIS), direct_frf(OTHER, AXIS)
 JOINT = Joint(("p", "a"), ("q", "c"), 1e5)
+SQUARE = FRF.select(["a", "b"], ["a", "b"])
+KNOWN = OTHER_FRF.renamed({"c": "a"})
+AB = fbs.couple({"p": SQUARE, "q": KNOWN}, [Joint(("p", "a"), ("q", "a"))]).frf
+LOOSE = fbs.couple({"p": FRF, "q": OTHER_FRF}, [JOINT]).frf
 SPARSE = SparseSystem.of(SYSTEM)
 MODES, PAIRS = real_modes(SYSTEM), fbs.complex_modes(SYSTEM)
 SPRING: dict[str, Any] = {
@@ -104,6 +108,58 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         couple_chain,
         {"parts": {"p": SYSTEM, "q": OTHER}, "joints": [JOINT], "frequency": AXIS,
          "responses": ("a",), "excitations": ("d",)},
+    ),
+    "MatrixJoint": (
+        fbs.MatrixJoint,
+        {"first": [("p", "a"), ("p", "b")], "second": [("q", "c"), ("q", "d")],
+         "stiffness": 1e5 * np.eye(2), "damping": np.eye(2), "ratio": 1.0},
+    ),
+    "StiffnessTable": (
+        fbs.StiffnessTable, {"frequency": AXIS, "values": np.array([1e5, 2e5, 3e5])}
+    ),
+    "decouple": (
+        fbs.decouple,
+        {"assembly": AB, "known": KNOWN, "interface": ("a",), "internal": (),
+         "form": "standard", "responses": ("a",), "excitations": ("a",), "rank": 1,
+         "tikhonov": 0.0},
+    ),
+    "decouple_primal": (
+        fbs.decouple_primal, {"assembly": AB, "known": KNOWN, "interface": ("a",)}
+    ),
+    "decouple_systems": (
+        fbs.decouple_systems, {"assembly": SYSTEM, "known": SYSTEM, "interface": ("a",)}
+    ),
+    "joint_in_situ": (
+        fbs.joint_in_situ, {"assembly": LOOSE, "at": [("a", "c")], "relative": 0.01}
+    ),
+    "joint_between": (
+        fbs.joint_between,
+        {"assembly": LOOSE, "first": FRF, "second": OTHER_FRF, "at": [("a", "c")],
+         "relative": 0.01},
+    ),
+    "fit_spring": (
+        fbs.fit_spring, {"joint": fbs.joint_in_situ(LOOSE, [("a", "c")]), "pair": 0}
+    ),
+    "guyan": (fbs.guyan, {"system": SYSTEM, "masters": ("a",)}),
+    "dynamic": (fbs.dynamic, {"system": SYSTEM, "masters": ("a",), "frequency": 10.0}),
+    "irs": (fbs.irs, {"system": SYSTEM, "masters": ("a",), "iterations": 2}),
+    "serep": (fbs.serep, {"system": SYSTEM, "masters": ("a", "b"), "modes": MODES}),
+    "craig_bampton": (
+        fbs.craig_bampton, {"system": SYSTEM, "interface": ("a",), "count": 1}
+    ),
+    "rubin": (fbs.rubin, {"system": SYSTEM, "interface": ("a",), "count": 1}),
+    "macneal": (fbs.macneal, {"system": SYSTEM, "interface": ("a",), "count": 1}),
+    "dual_craig_bampton": (
+        fbs.dual_craig_bampton, {"system": SYSTEM, "interface": ("a",), "count": 1}
+    ),
+    "projected": (fbs.projected, {"system": SYSTEM, "vectors": np.eye(2)}),
+    "serep_expansion": (fbs.serep_expansion, {"modes": MODES, "measured": ("a", "b")}),
+    "semm": (
+        fbs.semm, {"model": SQUARE, "measured": SQUARE, "form": "basic", "rank": 1}
+    ),
+    "singular_basis": (
+        fbs.singular_basis,
+        {"frf": SQUARE, "responses": ("a", "b"), "excitations": ("a", "b"), "rank": 1},
     ),
     "condense_free": (fbs.condense_free, {"frf": FRF, "masters": ("a",)}),
     "condense_blocked": (

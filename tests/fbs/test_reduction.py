@@ -29,6 +29,7 @@ from fbs.reduction import (
     guyan,
     irs,
     macneal,
+    projected,
     rubin,
     serep,
 )
@@ -184,6 +185,31 @@ def test_craig_bampton_on_random_systems(count: int, seed: int) -> None:
     np.testing.assert_allclose(found, exact, rtol=1e-8, atol=1e-10 * np.abs(exact).max())
 
 
+RITZ: dict[str, Callable[[SecondOrderSystem, int], Reduction]] = {
+    "guyan": lambda system, size: guyan(system, system.dofs[:size]),
+    "dynamic": lambda system, size: dynamic(system, system.dofs[:size], 0.1),
+    "irs": lambda system, size: irs(system, system.dofs[:size]),
+    "craig_bampton": lambda system, size: craig_bampton(system, ("a", "b"), size - 2),
+    "rubin": lambda system, size: rubin(system, ("a", "b"), size - 2),
+    "projected": lambda system, size: projected(system, real_modes(system).shapes[:, :size]),
+}
+
+
+@given(st.sampled_from(list(RITZ)), st.integers(3, 10), st.integers(0, 2**32 - 1))
+def test_ritz_on_random_systems(name: str, size: int, seed: int) -> None:
+    """Frequencies bound the whole's from above; with all coordinates they are the whole's."""
+    rng = np.random.default_rng(seed)
+    root = rng.standard_normal((10, 10))
+    system = SecondOrderSystem(
+        np.diag(rng.uniform(0.1, 10.0, 10)), np.zeros((10, 10)), root @ root.T + np.eye(10),
+        tuple("abcdefghij"),
+    )  # fmt: skip
+    whole, found = frequencies(system), frequencies(RITZ[name](system, size).system)
+    assert (found >= whole[:size] * (1.0 - 1e-9)).all()
+    if size == 10:
+        np.testing.assert_allclose(found, whole, rtol=1e-7)  # the root of eps times conditions
+
+
 def test_motion_is_expanded() -> None:
     system = rod(held=True)
     reduction = serep(system, ENDS)
@@ -198,7 +224,7 @@ def test_motion_is_expanded() -> None:
     [
         (lambda: guyan(rod(), []), "no DoF stays"),
         (lambda: guyan(rod(), ["nowhere"]), "'nowhere'"),
-        (lambda: dynamic(rod(held=True), ENDS, -1.0), "frequency = -1"),
+        (lambda: dynamic(rod(held=True), ENDS, -1.0), "frequency must be at least 0"),
         (lambda: irs(rod(held=True), ENDS, 0), "iterations = 0"),
         (lambda: serep(rod(held=True), ENDS, real_modes(rod(held=True))), "12 modes for 2 masters"),
         (lambda: craig_bampton(rod(), ENDS, 11), "count = 11: must be between 0 and 10"),

@@ -14,7 +14,7 @@ from fbs import Frf, SecondOrderSystem, SingularLineError, real_modes
 from mbs_models.modal.mode_kinds import rigid_body_count, scaled_singular_values
 
 from ..arrays import ComplexArray, FloatArray
-from ..routes.routes import MatrixRoute, kernel_condition
+from ..routes.routes import MatrixRoute, Route, kernel_condition
 from ..routes.source import Source
 from ..runtime.progress import Progress
 from .check import ROUTE_ERRORS, Check
@@ -326,15 +326,9 @@ def frf_checks(
                 np.inf, 0.0, f"{reference.name} computes the same FRFs", (comparison.failure,),
             )
         ]  # fmt: skip
-    allowed = np.maximum(FRF_TOLERANCE, floor)
-    excess = comparison.line_max / allowed
-    doubtful = np.flatnonzero(~(excess <= 1.0))
-    worst = int(np.argmax(excess))
-    if doubtful.size and comparison.line_max[worst] <= line_round_off(
-        reference, route, frequency[[worst]]
-    ):  # else the others do not matter any more
-        own = line_round_off(reference, route, frequency[doubtful])
-        allowed[doubtful] = np.maximum(allowed[doubtful], own)
+    allowed = with_round_off(
+        np.maximum(FRF_TOLERANCE, floor), comparison.line_max, reference, route, frequency
+    )
     excess = comparison.line_max / allowed
     worst = int(np.argmax(excess))
     findings: tuple[str, ...] = ()
@@ -369,16 +363,46 @@ def frf_checks(
     ]  # fmt: skip
 
 
-def line_round_off(reference: MatrixRoute, route: MatrixRoute, frequency: FloatArray) -> FloatArray:
+def with_round_off(
+    allowed: FloatArray,
+    line_max: FloatArray,
+    reference: Route,
+    route: Route,
+    frequency: FloatArray,
+) -> FloatArray:
+    """What is allowed of each line, with two routes' own bound of their round-off where it counts.
+
+    That is where a line exceeds what is allowed, and if it explains the worst one; else the others
+    do not matter any more.
+    """
+    excess = line_max / allowed
+    doubtful = np.flatnonzero(~(excess <= 1.0))
+    worst = int(np.argmax(excess))
+    if not doubtful.size or not line_max[worst] <= line_round_off(
+        reference, route, frequency[[worst]]
+    ):
+        return allowed
+    raised = allowed.copy()
+    own = line_round_off(reference, route, frequency[doubtful])
+    raised[doubtful] = np.maximum(raised[doubtful], own)
+    return raised
+
+
+def line_round_off(reference: Route, route: Route, frequency: FloatArray) -> FloatArray:
     """Largest scaled error, by line, that the bounds of two routes' round-off leave room for.
 
-    Zero where that is one or more: round-off that may be anything explains nothing.
+    Between the labels that both have. Zero where that is one or more: round-off that may be
+    anything explains nothing.
     """
-    ours = reference.frf(frequency)
-    theirs = route.frf(frequency).select(ours.responses, ours.excitations)
-    bound = (ours.round_off + theirs.round_off).transpose(1, 2, 0)
-    norms = row_norms(ours).T
-    largest = np.sqrt(squared_errors(bound, error_scale(norms, norms)).max(axis=(0, 1)))
+    ours, theirs = reference.frf(frequency), route.frf(frequency)
+    norm = dict(zip(ours.responses, row_norms(ours).T, strict=True))
+    labels = [
+        [label for label in have if label in norm]
+        for have in (theirs.responses, theirs.excitations)
+    ]
+    bound = (ours.select(*labels).round_off + theirs.select(*labels).round_off).transpose(1, 2, 0)
+    rows, columns = (np.array([norm[label] for label in some]) for some in labels)
+    largest = np.sqrt(squared_errors(bound, error_scale(rows, columns)).max(axis=(0, 1)))
     return np.where(largest < 1.0, largest, 0.0)
 
 
@@ -403,8 +427,9 @@ def _frf_findings(
         return worst, f"{NO_CHANGE}: single lines differ from those beside them ({named} Hz)"
     lines = _spread_lines(frequency)
     dofs = system.dofs
-    ours, theirs = (r.frf(lines, dofs, dofs).values for r in (reference, route))
-    return (worst, *traced(lines, ours, theirs, dofs))
+    ours, theirs = (r.frf(lines, dofs, dofs) for r in (reference, route))
+    round_off = ours.round_off + theirs.round_off
+    return (worst, *traced(lines, ours.values, theirs.values, round_off, dofs))
 
 
 def _spread_lines(frequency: FloatArray, count: int = 24) -> FloatArray:

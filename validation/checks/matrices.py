@@ -74,8 +74,9 @@ def assembled(source: Source) -> SecondOrderSystem:
             index, factor = whole.locate([joint.first[1], joint.second[1]])
             v = np.zeros(size)
             np.add.at(v, index, factor * np.array([1.0, -joint.ratio]))
-            damping += joint.damping * np.outer(v, v)
-            stiffness += joint.stiffness * np.outer(v, v)
+            k, c = joint.spring
+            damping += c * np.outer(v, v)
+            stiffness += k * np.outer(v, v)
     return SecondOrderSystem(mass, damping, stiffness, whole.dofs)
 
 

@@ -22,7 +22,11 @@ NO_CHANGE = "not a change of M, C, K"
 
 
 def traced(
-    frequency: FloatArray, reference: ComplexArray, other: ComplexArray, dofs: Sequence[str]
+    frequency: FloatArray,
+    reference: ComplexArray,
+    other: ComplexArray,
+    round_off: FloatArray,
+    dofs: Sequence[str],
 ) -> tuple[str, ...]:
     """What the difference is, in words.
 
@@ -32,6 +36,8 @@ def traced(
         (n_frequency,) Hz, a few lines over the band.
     reference, other
         (n_frequency, n, n) receptances of all independent DoFs.
+    round_off
+        (n_frequency, n, n) of both.
     dofs
         Their labels.
     """
@@ -41,11 +47,11 @@ def traced(
         if explained(reference, other, slip(reference)) > EXPLAINED:
             return (f"{NO_CHANGE}: {words}",)
     try:
-        found = locate(frequency, reference, other, dofs)
+        found = locate(frequency, reference, other, round_off, dofs)
     except np.linalg.LinAlgError:
-        return (f"{NO_CHANGE}: the FRFs at some line have no inverse",)
+        return ("not traced to entries of M, C, K: the FRFs of all DoFs have no inverse",)
     if not found:
-        return ()
+        return ("no entry of M, C or K stands out of round-off",)
     share = explained(reference, other, changed(frequency, reference, found, dofs))
     if share > EXPLAINED:
         return (*describe(found), f"this explains {percent(share)} of the difference")

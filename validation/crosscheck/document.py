@@ -7,20 +7,26 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from fbs.measured.quality import Defect
+
 from ..arrays import ComplexArray, FloatArray
 from ..checks.frfs import FRF_TOLERANCE, FrfComparison, Pair
 from ..checks.metrics import frac
+from ..checks.part_uncertainty import Known
 from ..checks.peaks import Peak, Resonance
 from ..report.curves import relative_difference
 from ..report.digits import ERROR_DIGITS
 from ..report.documents import check_document, document_head, not_finite, rounded_lists
 from ..report.provenance import Provenance
+from ..routes.substitution import Substitution
 from ..routes.time_domain import TimeDomain
 from ..runtime.output_folder import Writer
 from .describe import verdict
 from .resonances import crossings_document, margins_document
 from .result import ARRAYS, Changes, CrossCheck, CurveChange
 from .substitution import headline
+
+LEAST_SHARE = 0.01  # of an error, in results.json; all are in results.npz
 
 CONVENTIONS = {
     "frf": "H(w) = (K - w^2 M + j w C)^-1, e^{+jwt}; receptance in m/N",
@@ -168,6 +174,7 @@ def _swap(found: Changes) -> dict[str, Any]:
                 "left_out": each.left_out,
                 "unknown": each.unknown,
                 "warnings": each.warnings,
+                "doubts": [_doubt(each, defect) for defect in each.quality.defects],
             }
             for each in found.substitutions
         ],
@@ -180,6 +187,41 @@ def _swap(found: Changes) -> dict[str, Any]:
             part: [_change(curve) for curve in curves] for part, curves in found.alone.items()
         },
         "resonances": [_resonance(resonance) for resonance in found.resonances],
+        "known": [
+            _known(curve, known, found.substitutions[0].frf.frequency)
+            for curve in found.curves
+            if (known := found.known.get((curve.response, curve.excitation))) is not None
+        ],
+    }
+
+
+def _doubt(each: Substitution, defect: Defect) -> dict[str, Any]:
+    """A property that does not hold, and the bands (Hz) in which it does not."""
+    edges = np.flatnonzero(np.diff(defect.lines.astype(int), prepend=0, append=0))
+    axis = each.quality.frequency
+    return {
+        "property": defect.what,
+        "dofs": defect.labels,
+        "worst": defect.worst,
+        "at_hz": defect.at,
+        "bands_hz": [
+            (float(axis[first]), float(axis[last - 1]))
+            for first, last in zip(edges[::2], edges[1::2], strict=True)
+        ],
+    }
+
+
+def _known(curve: CurveChange, known: Known, axis: FloatArray) -> dict[str, Any]:
+    """How well an FRF is known: 95 %, and the measured FRFs most of its error comes from."""
+    at = int(np.argmin(np.abs(axis - curve.at_hz)))
+    return {
+        "response": curve.response,
+        "excitation": curve.excitation,
+        "method": known.method,
+        "median_db": float(np.median(known.level)),
+        "at_largest_change_db": float(known.level[at]),
+        "lines_beyond": int(known.exceeded(curve.decibel).sum()),
+        "shares": [share for share in known.shares if share.share >= LEAST_SHARE],
     }
 
 
@@ -272,7 +314,31 @@ def _swap_arrays(found: Changes) -> dict[str, NDArray[Any]]:
         **_changes("swap", list(found.curves)),
         "swap_alone_part": np.array([part for part, _ in alone], dtype=str),
         **_changes("swap_alone", [curve for _, curve in alone]),
+        **_known_arrays(found),
     }
+
+
+def _known_arrays(found: Changes) -> dict[str, NDArray[Any]]:
+    """Bands (dB from and to, 95 %) line by line, and every error's split by the files' FRFs.
+
+    ``swap_error_share_PART`` is (curves, responses, excitations of the file).
+    """
+    if not found.known:
+        return {}
+    arrays = {
+        **_pairs("swap_known", list(found.known)),
+        "swap_known_db": np.array([(known.low, known.high) for known in found.known.values()]),
+    }
+    for each in found.substitutions:
+        rows, columns = each.frf.responses, each.frf.excitations
+        arrays |= {
+            f"swap_error_response_{each.part}": np.array(rows),
+            f"swap_error_excitation_{each.part}": np.array(columns),
+            f"swap_error_share_{each.part}": np.array(
+                [known.split(each.part, rows, columns) for known in found.known.values()]
+            ),
+        }
+    return arrays
 
 
 def _changes(name: str, curves: list[CurveChange]) -> dict[str, NDArray[Any]]:

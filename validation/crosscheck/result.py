@@ -17,6 +17,7 @@ from ..checks.frfs import FrfComparison
 from ..checks.part_uncertainty import Known
 from ..checks.peaks import Resonance
 from ..checks.pole_checks import PoleRow
+from ..explorer.plots import PAGE as EXPLORER
 from ..report.page import Page
 from ..report.provenance import Provenance
 from ..routes.bands import Band
@@ -150,6 +151,8 @@ class CrossCheck:
         What changes with parts from files; None if there are none.
     time_domain
         FRFs from exudyn's time integration; None if it was not run.
+    explorer
+        The page of every other FRF; empty if it was not asked for.
     """
 
     files: ClassVar = ("report.html", "results.json")
@@ -173,6 +176,7 @@ class CrossCheck:
     timings: Mapping[str, float] = field(default_factory=dict)
     substitution: Changes | None = None
     time_domain: TimeDomain | None = None
+    explorer: str = ""
 
     @property
     def agrees(self) -> bool:
@@ -197,7 +201,8 @@ class CrossCheck:
         return results_document(self, made)
 
     def companions(self, made: Provenance) -> dict[str, str | Writer]:
-        """``results.npz``: every line of every curve."""
+        """``results.npz``: every line of every curve; and the page of every other FRF."""
         from .document import arrays_writer
 
-        return {ARRAYS: arrays_writer(self)}
+        more = {EXPLORER: self.explorer} if self.explorer else {}
+        return {ARRAYS: arrays_writer(self), **more}

@@ -12,6 +12,7 @@ from mbs_models.modal.mode_kinds import Mode
 from mbs_models.model.model_file import dumps
 
 from ..checks.pole_checks import PoleRow
+from ..explorer.plots import PAGE as EXPLORER
 from ..report.digits import grouped, hertz, scientific
 from ..report.page import (
     Block,
@@ -44,6 +45,7 @@ from .figures import (
 )
 from .heat_map import heat_map
 from .model_sections import drawing_section, energy_section, resonance_sections, shapes_section
+from .quality_section import quality_section
 from .result import ARRAYS, CrossCheck
 from .substitution_section import substitution_section
 
@@ -87,6 +89,9 @@ SHARED = (
         "route. Published values, where a preset has them, are the check on that."
     ),
 )
+EXPLORE = Markup(
+    '<a href="{}">Explore every other FRF</a>: computed as you ask, springs and damping to drag.'
+).format(EXPLORER)
 UNCOUPLED = "Nothing is coupled in this model: FBS’ FRFs are those of its stages as they stand."
 
 
@@ -111,9 +116,8 @@ def report_page(result: CrossCheck) -> Page:
     ]
     if result.substitution is not None:
         changes = result.substitution
-        sections.insert(
-            0, substitution_section(drivetrain, changes, result.frequency, result.reference)
-        )
+        swap = substitution_section(drivetrain, changes, result.frequency, result.reference)
+        sections[:0] = [swap, quality_section(changes)]
     return Page(
         eyebrow="Drivetrain cross-check",
         heading=drivetrain.name,
@@ -131,6 +135,10 @@ def report_page(result: CrossCheck) -> Page:
 
 
 def _conclusions(result: CrossCheck) -> tuple[Block, ...]:
+    return (*_outcome(result), *((EXPLORE,) if result.explorer else ()))
+
+
+def _outcome(result: CrossCheck) -> tuple[Block, ...]:
     count, agreed = len(result.checks), sum(check.agrees for check in result.checks)
     if result.agrees:
         return (

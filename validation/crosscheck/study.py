@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+import numpy as np
+
 from mbs_models.errors import ModelError, OrbitError
 from mbs_models.modal.energy import component_shares
 from mbs_models.modal.mode_kinds import Kind, Modes
@@ -21,7 +23,7 @@ from ..checks.plain_file import plain_checks
 from ..checks.pole_checks import pole_checks
 from ..checks.published import PUBLISHED
 from ..checks.time_domain import time_domain_checks
-from ..routes.bands import Band
+from ..routes.bands import Band, left_out
 from ..routes.modes import round_off_warnings
 from ..routes.multibody import ExudynSource
 from ..routes.routes import comparison_routes, substituted_route, whole_route
@@ -45,6 +47,7 @@ def cross_check(
     progress: Progress = silent,
     substitutions: Sequence[Substitution] = (),
     noise: Noise | None = None,
+    repetitions: int = 0,
     in_time: bool = False,
 ) -> CrossCheck:
     """Build a drivetrain by every route, compare all with exudyn's whole system.
@@ -67,6 +70,8 @@ def cross_check(
         Parts from files, on the band's lines: what they change is found too.
     noise
         Stated noise of the files' FRFs (None: the scatter of their runs, if there are several).
+    repetitions
+        By which their bands are found (0: to first order).
     in_time
         Whether to integrate a multisine in time as well.
 
@@ -120,11 +125,21 @@ def cross_check(
         changes = clock.timed(
             "swap",
             lambda: what_changes(
-                exudyn, candidates[-1], substitutions, compared, frequency, floor, noise
+                exudyn,
+                reference,
+                candidates[-1],
+                substitutions,
+                compared,
+                frequency,
+                floor,
+                noise,
+                repetitions,
             ),
         )
     warnings = [*model_warnings(drivetrain), *(w for each in substitutions for w in each.warnings)]
     warnings += [*round_off_warnings(modes), *poles.warnings]
+    elastic = [m.frequency_hz for m in modes.modes if m.kind != Kind.RIGID_BODY]
+    warnings += left_out(band, np.array(elastic))
     record = None
     if in_time:
         try:

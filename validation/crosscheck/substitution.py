@@ -10,10 +10,11 @@ from fbs import direct_frf
 
 from ..arrays import ComplexArray, FloatArray
 from ..checks import peaks
-from ..checks.frfs import Candidate, FrfComparisons, Pair
+from ..checks.frfs import Candidate, FrfComparisons, Pair, with_round_off
 from ..checks.metrics import decibel_difference, frac, row_norms
-from ..checks.part_uncertainty import Known, Noise, how_well_known
+from ..checks.part_uncertainty import DIGITS, Known, Noise, how_well_known
 from ..checks.peaks import Resonance
+from ..routes.routes import Route
 from ..routes.source import Source
 from ..routes.substitution import Substitution
 from .result import Changes, CurveChange
@@ -21,18 +22,19 @@ from .result import Changes, CurveChange
 # A file's twelve digits, amplified by the coupling, stay below; a measurement is never that good.
 NOTHING = 1e-6
 STILL = 1e-4  # of the frequency: less between two lines is no shift
-FIRST_ORDER = 6.0  # dB at 95 %: σ = 0.35 of H, whose second order is a sixth of the first
 ROUND_OFF = 1e-10  # scaled: an FRF below it vanishes (by symmetry, or for want of a path)
 
 
 def what_changes(
     source: Source,
+    reference: Route,
     candidate: Candidate,
     substitutions: Sequence[Substitution],
     compared: FrfComparisons,
     frequency: FloatArray,
     floor: FloatArray,
     noise: Noise | None = None,
+    repetitions: int = 0,
 ) -> Changes:
     """What the files' parts change, from the comparison with the whole.
 
@@ -40,6 +42,8 @@ def what_changes(
     ----------
     source
         Whose parts are coupled with the files'.
+    reference
+        The route of the whole before.
     candidate
         That coupling, one of the routes compared.
     substitutions
@@ -52,6 +56,8 @@ def what_changes(
         (n_frequency,) scaled error that round-off alone can cause.
     noise
         Stated noise of the files' FRFs (None: the scatter of their runs, if there are several).
+    repetitions
+        By which bands are found (0: to first order).
     """
     name = candidate.route.name
     norm = dict(zip(source.whole.labels, compared.norms.T, strict=True))
@@ -62,19 +68,22 @@ def what_changes(
         scale = np.sqrt(norm[i] * norm[j])
         curves.append(curve_change(frequency, (i, j), before, by_route[name], scale))
     comparison = compared.by_route[name]
+    allowed = with_round_off(
+        np.maximum(NOTHING, floor), comparison.line_max, reference, candidate.route, frequency
+    )
     return Changes(
         substitutions=tuple(substitutions),
         responses=candidate.responses,
         excitations=candidate.excitations,
         comparison=comparison,
-        changes=bool(np.any(~(comparison.line_max <= np.maximum(NOTHING, floor)))),
+        changes=bool(np.any(~(comparison.line_max <= allowed))),
         curves=tuple(curves),
         not_compared=tuple(pair for pair in compared.curves if pair not in both),
         alone={
             each.part: changes_alone(source, each, list(both), frequency) for each in substitutions
         },
         resonances=peaks.merge(frequency, (r for c in curves for r in c.resonances)),
-        known=how_well_known(source, substitutions, list(both), noise),
+        known=how_well_known(source, substitutions, list(both), noise, repetitions),
     )
 
 
@@ -206,27 +215,34 @@ def _in_numbers(curve: CurveChange) -> str:
 
 def _how_well(curve: CurveChange, known: Known, frequency: FloatArray) -> str:
     """The band at the largest change, whether that is beyond it, and where the error comes from."""
-    part, response, excitation = known.main
-    origin = f"{known.share:.0%} of it by {part}'s {response} ← {excitation}"
+    origin = str(known.shares[0])
     comparable = np.isfinite(curve.decibel) & np.isfinite(known.level)
     if not comparable.any() or not np.isfinite(curve.largest_db):
-        return f"known to ±{np.median(known.level):.2g} dB (95 %) typically, {origin}"
+        typical = min(float(np.median(known.level)), known.told)
+        return f"known to ±{typical:.2g} dB (95 %) typically, {origin}"
     at = int(np.argmin(np.abs(frequency - curve.at_hz)))
-    beyond = int((np.abs(curve.decibel[comparable]) > known.level[comparable]).sum())
+    exceeded = known.exceeded(curve.decibel)
+    beyond = int(exceeded[comparable].sum())
     level = known.level[at]
-    if level > FIRST_ORDER:
+    if level < DIGITS:
+        return f"none of the files' errors reach it ({level:.1g} dB)"
+    if level > known.told:
         return (
-            f"hardly known at {curve.at_hz:.6g} Hz: errors reach more than ±{FIRST_ORDER:g} dB "
-            f"(95 %) there, beyond what first order tells, {origin}; its change is beyond them at "
+            f"hardly known at {curve.at_hz:.6g} Hz: errors reach more than ±{known.told:g} dB "
+            f"(95 %) there, beyond what first order tells (--samples does), {origin}; its change "
+            "is beyond them at "
             f"{beyond} of {int(comparable.sum())} lines"
         )
     verdict = (
         "the change there is beyond that"
-        if abs(curve.largest_db) > level
+        if exceeded[at]
         else "the change there is within that: it cannot be told from none"
     )
+    width = f"±{level:.2g} dB"
+    if known.repetitions:
+        width = f"{known.low[at]:+.2g} to {known.high[at]:+.2g} dB".replace("-", "−")
     return (
-        f"known to ±{level:.2g} dB (95 %) at {curve.at_hz:.6g} Hz, {origin}; {verdict}; "
+        f"known to {width} (95 %) at {curve.at_hz:.6g} Hz, {origin}; {verdict}; "
         f"beyond it at {beyond} of {int(comparable.sum())} lines"
     )
 

@@ -4,21 +4,37 @@ from __future__ import annotations
 
 import numpy as np
 from markupsafe import Markup
+from numpy.typing import NDArray
 
 from mbs_models.model.parameters import Drivetrain
 
 from ..arrays import FloatArray
+from ..checks.part_uncertainty import Known
 from ..checks.peaks import Peak, Resonance
 from ..report.digits import scientific
-from ..report.frf_panel import Curve, Difference, FrfPanel, frf_figure, reference_curve
+from ..report.frf_panel import (
+    Band,
+    Curve,
+    Difference,
+    FrfPanel,
+    Marked,
+    frf_figure,
+    reference_curve,
+)
+from ..report.frf_panel import (
+    decibels as decibel_level,
+)
 from ..report.page import Block, Fragment, Note, Picture, Section, Table
 from ..report.style import BLUE, MUTED, VERMILLION
 from ..routes.substitution import Substitution
 from .describe import describe_pair
+from .quality_section import IN_DOUBT, doubtful_lines
 from .result import Changes, CurveChange
 from .substitution import headline
 
 MOST_RESONANCES = 30
+BAND_COLOR = "#f3cdb0"
+WIDE = 1000.0  # dB: beyond any frame
 DASH = "–"
 LABEL = Markup('<span class="label">{}</span>')
 CODE = Markup("<code>{}</code>")
@@ -46,12 +62,15 @@ def substitution_section(
     ]
     if found.resonances:
         blocks.append(Section("", "Resonances before and after", _resonances(found)))
+    parts = {each.part: each for each in found.substitutions}
     for number, (part, curve) in enumerate(curves, start=1):
         alone = f", {part} alone" if part else ""
+        known = None if part else found.known.get((curve.response, curve.excitation))
+        doubt = doubtful_lines(parts[part], curve, frequency) if part else None
         whose = "; before any coupling, the file against the model" if part else ""
         blocks.append(
             Picture(
-                _figure(number, part, curve, frequency),
+                _figure(number, part, curve, frequency, known, doubt),
                 Markup("{}{}").format(
                     LABEL.format(f"{curve.response} ← {curve.excitation}"), alone
                 ),
@@ -177,8 +196,15 @@ def signed(value: float, digits: int = 2) -> str:
     return text[1:] if float(text) == 0.0 else text.replace("-", "−")
 
 
-def _figure(number: int, part: str, curve: CurveChange, frequency: FloatArray) -> str:
-    """|H| before and after, peaks marked, and the difference in dB below."""
+def _figure(
+    number: int,
+    part: str,
+    curve: CurveChange,
+    frequency: FloatArray,
+    known: Known | None,
+    doubt: NDArray[np.bool_] | None,
+) -> str:
+    """|H| before and after, peaks, band and lines in doubt marked, and the difference in dB."""
     names = ("model", "file") if part else ("before (model)", "after (with the file)")
     panel = FrfPanel(
         frequency=frequency,
@@ -193,10 +219,22 @@ def _figure(number: int, part: str, curve: CurveChange, frequency: FloatArray) -
                 "Difference (dB)", (Curve("difference", curve.decibel, BLUE),), logarithmic=False
             ),
         ),
+        bands=() if known is None else (_band(curve, known),),
+        marked=None if doubt is None else Marked(IN_DOUBT, doubt),
     )
     whose = f"{part} alone" if part else "the whole"
     alternative = f"FRF {curve.name} of {whose} before and after the swap"
     return frf_figure(panel, f"swap{number}", alternative)
+
+
+def _band(curve: CurveChange, known: Known) -> Band:
+    """What holds the FRF after with 95 %; as wide as the frame where errors have no bound."""
+    level = decibel_level(curve.after)
+    low, high = (
+        np.nan_to_num(side, nan=wide, posinf=WIDE, neginf=-WIDE)
+        for side, wide in ((known.low, -WIDE), (known.high, WIDE))
+    )
+    return Band("95 % of it", level + low, level + high, BAND_COLOR, fitted=False)
 
 
 def _peaks(name: str, peaks: list[Peak | None], color: str, size: float) -> tuple[Curve, ...]:

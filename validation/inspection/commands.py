@@ -43,9 +43,10 @@ def frf_command(
     output: Path | None,
 ) -> None:
     """Draw FRFs in the terminal, or write them to a file; the options as typed."""
-    from ..routes.bands import band
+    from ..routes.bands import band, elastic_frequencies, left_out
     from ..routes.memory import frf_bytes, frf_count, require_memory
     from ..routes.routes import frf_by_name
+    from ..routes.source import equations_source
     from . import frf_output
     from .nodes import dof_channels
 
@@ -63,6 +64,9 @@ def frf_command(
         "a larger --df, a narrower band (--fmin, --fmax) or fewer DoFs",
     )
     solved, method = frf_by_name(drivetrain, route, lines.frequency(), rows, columns, stage)
+    source = equations_source(drivetrain)
+    system = source.whole if stage is None else source.stage(stage)
+    warn(left_out(lines, elastic_frequencies(system)))
     result = solved.to(quantity)
     print(f"Method: {method}")
     if output is None:

@@ -19,6 +19,8 @@ from ..errors import CommandError
 from ..routes import frf_input
 from ..runtime.output_folder import telling
 
+RINGING = 0.01  # of the peak: a tenth of a decibel of a mode that rings so long
+
 
 def require_target(path: Path) -> None:
     """Refuse a file that cannot be written before anything is read.
@@ -105,7 +107,7 @@ def write(found: Estimated, path: Path) -> None:
     """Write FRFs and coherence by the file's ending."""
     with telling(f"--output = {path}"):
         try:
-            write_frf(found.frf, path, coherence=found.coherence)
+            write_frf(found.frf, path, coherence=found.coherence, averages=found.averages)
         except FbsError as error:
             raise CommandError(f"--output = {path}: {error}") from error
 
@@ -125,6 +127,11 @@ def summary(found: Estimated) -> list[str]:
     else:
         median, least = np.median(found.coherence), found.coherence.min()
         lines.append(f"coherence: median {median:.4f}, least {least:.3f}")
+    if found.remainder > RINGING:
+        lines.append(
+            f"a response is still at {found.remainder:.1%} of its peak as its record ends: what is "
+            "cut off leaks, and coherence does not show it; record longer, or give --decay"
+        )
     if found.unexcited.size:
         lines.append(f"{found.unexcited.size} lines are hardly excited and left out")
     if found.added_damping:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from fbs import Frf
 from fbs.files.frf_files import FORMATS, write_frf
-from fbs.files.uff import Channel
+from fbs.files.uff_functions import Channel
 from fbs.files.whole_files import require_writable, written_whole
 
 from ..errors import CommandError

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from fbs.files.uff import Channel
+from fbs.files.uff_functions import Channel
 from mbs_models.model.parameters import Drivetrain
 
 TRANSLATIONS = {"u": 2, "v": -1, "x": 1, "y": 2, "z": 3}

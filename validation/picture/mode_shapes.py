@@ -67,7 +67,7 @@ def draw_mode_shapes(layout: Layout, parts: Components, modes: Modes) -> ModeSha
     """Draw the first modes (all, where they are few)."""
     rows = [modes.labels.index(dof) for dof in parts.dofs]
     count = min(len(modes.modes), MOST)
-    keys = _keys(layout)
+    keys = moving_keys(layout)
     pictures, rules = [], []
     for i in range(count):
         moved = displacements(parts, modes.shapes[rows, i].real)
@@ -79,8 +79,8 @@ def draw_mode_shapes(layout: Layout, parts: Components, modes: Modes) -> ModeSha
         rules.append(f".player:has(#mode-{i + 1}:checked){{{declared}.of-{i + 1}{{display:flex}}}}")
     return ModeShapes(
         pictures=tuple(pictures),
-        still_parts="".join(_at_rest(panel) for panel in layout.panels),
-        moving=_moving(layout, keys),
+        still_parts=still_parts(layout),
+        moving=moving_picture(layout, keys),
         rules="\n".join(rules),
         total=len(modes.modes),
     )
@@ -89,18 +89,21 @@ def draw_mode_shapes(layout: Layout, parts: Components, modes: Modes) -> ModeSha
 # --- the moving picture ---------------------------------------------------------------------
 
 
-def _keys(layout: Layout) -> dict[str, str]:
+def moving_keys(layout: Layout) -> dict[str, str]:
     """A short class for everything that moves."""
     names = [disc.body for panel in layout.panels for disc in panel.discs]
-    names += [one.name for panel in layout.panels for one in _meshes(panel)]
+    names += [one.name for panel in layout.panels for one in meshes(panel)]
     return {name: f"k{i}" for i, name in enumerate(names)}
 
 
-def _meshes(panel: Panel) -> list[Spring]:
+def meshes(panel: Panel) -> list[Spring]:
+    """The mesh springs of a panel."""
     return [one for one in panel.springs if one.kind is SpringKind.MESH]
 
 
-def _moving(layout: Layout, keys: Mapping[str, str]) -> str:
+def moving_picture(layout: Layout, keys: Mapping[str, str]) -> str:
+    """The drivetrain with a group of the class ``mv`` and its key for everything that moves."""
+
     def moving(key: str, at: Point, angle: float, content: str) -> str:
         x, y = map(number, at)
         turned = f" rotate({angle:.2f})" if angle else ""
@@ -127,7 +130,7 @@ def _declarations(
             motion = body_motion(panel, disc, moved, largest, SWING)
             if motion.visible(panel.scale * disc.radius):
                 yield _declaration(keys[disc.body], motion)
-        for one in _meshes(panel):
+        for one in meshes(panel):
             motion = mesh_motion(panel, one, moved, largest, SWING)
             if motion.visible(10.0):
                 yield _declaration(keys[one.name], motion)
@@ -150,6 +153,11 @@ def _declaration(key: str, motion: Motion) -> str:
 
 
 # --- still pictures -------------------------------------------------------------------------
+
+
+def still_parts(layout: Layout) -> str:
+    """The parts' outlines, for the pictures that refer to them."""
+    return "".join(_at_rest(panel) for panel in layout.panels)
 
 
 def _at_rest(panel: Panel) -> str:

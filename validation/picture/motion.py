@@ -98,13 +98,8 @@ def mesh_motion(
     panel: Panel, one: Spring, moved: Mapping[str, Array], largest: float, reach: float
 ) -> Motion:
     """A mesh spring's motion, along and across its own line."""
-    ends = [panel.at(end.point) for end in one.ends]
-    shifts = [_shift(panel, end, moved, reach / largest) for end in one.ends]
-    along, across = _axes(*ends)
-    length = math.dist(*ends)
-    first, second = (
-        (s[0] * along[0] + s[1] * along[1], s[0] * across[0] + s[1] * across[1]) for s in shifts
-    )
+    first, second = mesh_shifts(panel, one, moved, reach / largest)
+    length = mesh_length(panel, one)
     new = (length + second[0] - first[0], second[1] - first[1])
     return Motion(
         first[0],
@@ -112,6 +107,23 @@ def mesh_motion(
         turn=math.atan2(new[1], new[0]),
         stretch=math.hypot(*new) / length - 1.0,
     )
+
+
+def mesh_length(panel: Panel, one: Spring) -> float:
+    """Of a mesh spring on the page."""
+    return math.dist(*(panel.at(end.point) for end in one.ends))
+
+
+def mesh_shifts(
+    panel: Panel, one: Spring, moved: Mapping[str, Array], gain: float
+) -> tuple[Point, Point]:
+    """How far both ends of a mesh spring move, along and across its own line."""
+    along, across = _axes(*(panel.at(end.point) for end in one.ends))
+    first, second = (
+        (s[0] * along[0] + s[1] * along[1], s[0] * across[0] + s[1] * across[1])
+        for s in (_shift(panel, end, moved, gain) for end in one.ends)
+    )
+    return first, second
 
 
 def _axes(first: Point, second: Point) -> tuple[Point, Point]:

@@ -33,6 +33,7 @@ DASH = 5.0  # points: coincident curves take turns, each a dash of this length
 ROW, MAGNITUDE, PHASE, DIFFERENCE = 0.14, 2.4, 1.15, 1.1  # inches: a row of modes, and panels
 LEFT, RIGHT, AXIS, TITLE, LEGEND = 0.78, 0.15, 0.46, 0.22, 0.165  # inches around them
 MARGIN = 0.05  # inches above the first text
+DOUBT = "#f6dcc8"  # as the page's warnings
 LEAST_RANGE_DB = 1.0  # of a linear difference's axis: what is smaller lies on zero
 
 
@@ -64,13 +65,34 @@ class Curve:
 
 @dataclass(frozen=True, eq=False)
 class Band:
-    """What lies between two levels (n_frequency,), dB, as that of most samples."""
+    """What lies between two levels (n_frequency,), dB, as that of most samples.
+
+    ``fitted``: whether the vertical axis holds it all.
+    """
 
     name: str
     low: FloatArray
     high: FloatArray
     color: str
     alpha: float = 1.0
+    fitted: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class Marked:
+    """Lines that are shaded from bottom to top, as those in doubt.
+
+    Attributes
+    ----------
+    name
+        Its legend entry.
+    lines
+        (n_frequency,) which.
+    """
+
+    name: str
+    lines: NDArray[np.bool_]
+    color: str = DOUBT
 
 
 @dataclass(frozen=True)
@@ -126,7 +148,7 @@ class FrfPanel:
         Whether modes that are visible go on as lines through the magnitude.
     phase
         Whether the phase is drawn.
-    unit
+    unit, symbol
         Of the FRF.
     title
         Above; empty: the page says it.
@@ -136,6 +158,8 @@ class FrfPanel:
         Whether the axis is linear and begins at 0 Hz, whatever the band.
     bands
         Behind the curves.
+    marked
+        Lines shaded in all frames.
     """
 
     frequency: FloatArray
@@ -145,10 +169,12 @@ class FrfPanel:
     through: bool = False
     phase: bool = False
     unit: str = "m/N"
+    symbol: str = "H"
     title: str = ""
     width: float = WIDTH
     from_zero: bool = False
     bands: tuple[Band, ...] = ()
+    marked: Marked | None = None
 
     @property
     def logarithmic(self) -> bool:
@@ -235,6 +261,9 @@ def frf_figure(panel: FrfPanel, name: str, alternative: str) -> str:
     thin = int(COLUMNS_PER_INCH * width / INCH)
     remaining = list(frames)
     words = []
+    if panel.marked is not None:
+        for axes in frames[bool(rows) :]:
+            _mark(axes, panel, panel.marked, thin)
     if rows:
         words.append(_draw_modes(remaining.pop(0), panel.modes, rows))
     magnitude = remaining.pop(0)
@@ -255,6 +284,17 @@ def frf_figure(panel: FrfPanel, name: str, alternative: str) -> str:
     words.append(legend(entries, start, over, columns, min(each, 45.0 + 4.9 * longest)))
     size = INCH * panel.width, top + INCH * (AXIS - 0.1)
     return plot_svg(size, frames, name, alternative, *words)
+
+
+def _mark(axes: Axes, panel: FrfPanel, marked: Marked, columns: int) -> None:
+    """Shade each run of columns with such a line, half a line to either side."""
+    f = panel.frequency
+    columns_start = _evenly(panel.positions(f), columns)
+    lines = np.logical_or.reduceat(marked.lines, columns_start).astype(int)
+    between = np.concatenate([f[:1], (f[1:] + f[:-1]) / 2])[columns_start]
+    edges = np.append(between, f[-1])
+    starts, ends = (np.flatnonzero(np.diff(lines, prepend=0, append=0))[n::2] for n in (0, 1))
+    axes.mark(edges[starts], edges[ends], marked.color)
 
 
 def _draw_modes(axes: Axes, modes: Sequence[Mode], rows: Sequence[str]) -> str:
@@ -283,14 +323,14 @@ def draw_magnitude(axes: Canvas, panel: FrfPanel, columns: int) -> None:
         axes.fill_between(
             panel.frequency[starts], np.minimum.reduceat(band.low, starts),
             np.maximum.reduceat(band.high, starts), color=band.color, alpha=band.alpha, lw=0.0,
-            label=band.name,
+            label=band.name, **({} if band.fitted else {"fitted": False}),
         )  # fmt: skip
     for curve in panel.curves:
         frequency = panel.frequency if curve.frequency is None else curve.frequency
         level = decibels(curve.values)
         at = extremes(panel.positions(frequency), level, columns)
         _plot(axes, frequency[at], level[at], curve)
-    axes.set_ylabel(f"|H| (dB re 1 {panel.unit})")
+    axes.set_ylabel(f"|{panel.symbol}| (dB re 1 {panel.unit})")
 
 
 def _plot(axes: Canvas, x: FloatArray, y: FloatArray, curve: Curve) -> None:
@@ -387,6 +427,8 @@ def _entries(panel: FrfPanel) -> list[LegendEntry]:
         if name
     ]  # fmt: skip
     entries += [LegendEntry(band.name, band.color, 6.0) for band in panel.bands if band.name]
+    if panel.marked is not None and panel.marked.lines.any():
+        entries.append(LegendEntry(panel.marked.name, panel.marked.color, 9.0))
     if any(each.allowed is not None for each in differences):
         entries.append(LegendEntry("allowed", VERMILLION, 1.0, "--"))
     return entries

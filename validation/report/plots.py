@@ -23,6 +23,7 @@ Dash = str | tuple[float, tuple[float, ...]]
 
 FONT, SMALL = 8.5, 8.0
 GRID = "#e6eaee"
+HAIR = 0.8
 DASHED = (0.0, (3.7, 1.6))
 HANDLE, GAP, LINE = 26.0, 6.0, 11.9  # of a legend: sample, space after it, height of a row
 MARKS = {".": (0.25, True), "o": (0.5, True), "x": (0.5, False)}  # radius over size; filled
@@ -91,6 +92,8 @@ class Axes:
     _below: list[tuple[FloatArray, FloatArray, FloatArray, str, float]] = field(
         default_factory=list
     )
+    _beyond: list[FloatArray] = field(default_factory=list)
+    _marks: list[str] = field(default_factory=list)
     _lines: list[_Line] = field(default_factory=list)
     _words: list[str] = field(default_factory=list)
 
@@ -113,11 +116,23 @@ class Axes:
         self._lines.append(_Line(np.asarray(x, float), np.asarray(y, float), drawn))
 
     def fill_between(self, x: Any, low: Any, high: Any, **style: Any) -> None:
-        """An area between two lines, as matplotlib's."""
+        """An area between two lines, as matplotlib's; ``fitted``: the vertical axis holds it."""
         lower, upper = (np.broadcast_to(np.asarray(v, float), np.shape(x)) for v in (low, high))
         self._below.append(
             (np.asarray(x, float), lower, upper, style["color"], float(style.get("alpha", 1.0)))
         )
+        if style.get("fitted", True):
+            self._beyond += [lower, upper]
+
+    def mark(self, first: FloatArray, last: FloatArray, color: str) -> None:
+        """Shade the frame from bottom to top between frequencies; no less than a hair wide."""
+        left, top, _, height = self.box
+        starts, ends = left + self._along(first), left + self._along(last)
+        self._marks += [
+            f'<rect x="{a:.2f}" y="{top:.2f}" width="{max(b - a, HAIR):.2f}" '
+            f'height="{height:.2f}" fill="{color}"/>'
+            for a, b in zip(starts.tolist(), ends.tolist(), strict=True)
+        ]
 
     def set_ylabel(self, name: str) -> None:
         """The name of the vertical axis."""
@@ -188,6 +203,7 @@ class Axes:
             f'width="{width:.2f}" height="{height:.2f}"/></clipPath>'
             f'<g clip-path="url(#{name}-clip)">'
         )
+        parts += self._marks
         for x, low, high, color, alpha in self._below:
             outline = _path(
                 left + self._along(np.append(x, x[::-1])),
@@ -209,7 +225,7 @@ class Axes:
     def _fitted(self) -> tuple[float, float]:
         """The range of what is drawn, and a twentieth more."""
         values = [line.y[np.isfinite(line.y)] for line in self._lines]
-        values += [v[np.isfinite(v)] for _, low, high, _, _ in self._below for v in (low, high)]
+        values += [v[np.isfinite(v)] for v in self._beyond]
         drawn = np.concatenate([np.empty(0), *values])
         if not drawn.size:
             return 0.0, 1.0

@@ -5,21 +5,31 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from fbs import frequency_axis
+import numpy as np
+
+from fbs import SecondOrderSystem, frequency_axis, real_modes
 from fbs.axes import axis_ends
 
 from ..arrays import FloatArray
 from ..errors import require_frequencies
 
+RESOLVED = 10  # lines from 0 Hz up to a mode: a tenth of its frequency apart
+WIDER = 2.0  # times the highest mode that is not resolved
+SHOWN = 5
+
 
 @dataclass(frozen=True)
 class Band:
-    """The frequency lines fmin, fmin + df, … fmax (Hz), or those of a file."""
+    """The frequency lines fmin, fmin + df, … fmax (Hz), or those of a file.
+
+    ``default`` says which of "fmin" and "df" nobody chose.
+    """
 
     fmin: float = 1.0
     fmax: float = 15000.0
     df: float = 1.0
     lines: FloatArray | None = field(default=None, compare=False, repr=False)
+    default: frozenset[str] = field(default=frozenset(), compare=False, repr=False)
 
     def frequency(self) -> FloatArray:
         """The lines (Hz); refuses limits that are no axis."""
@@ -61,6 +71,7 @@ def band(fmin: float | None, fmax: float | None, df: float | None, n_frfs: int =
         The step or a limit is no number an axis can be made of.
     """
     require_frequencies(fmin=fmin, fmax=fmax, df=df)
+    default = frozenset(name for name, given in (("fmin", fmin), ("df", df)) if given is None)
     if df is None:
         span = (15000.0 if fmax is None else fmax) - (fmin or 0.0)
         df = _round_step(span / min(DEFAULT_LINES, DEFAULT_VALUES / n_frfs))
@@ -70,7 +81,57 @@ def band(fmin: float | None, fmax: float | None, df: float | None, n_frfs: int =
         fmin = first * step
     if fmax is None:
         fmax = max(math.floor(15000.0 / step), first) * step
-    return Band(fmin, fmax, df)
+    return Band(fmin, fmax, df, default=default)
+
+
+def elastic_frequencies(system: SecondOrderSystem) -> FloatArray:
+    """Natural frequencies (Hz) of the undamped system but its rigid-body modes'."""
+    modes = real_modes(system)
+    return modes.natural_frequencies[modes.n_rigid :]
+
+
+def left_out(
+    band: Band, frequencies: FloatArray, options: str = "--fmin {0:g} --fmax {1:g} --df {2:g}"
+) -> tuple[str, ...]:
+    """What a default axis does not show of a model's lowest modes, in a sentence.
+
+    A mode below the first line, or less than `RESOLVED` steps above 0 Hz, has no shape on it.
+
+    Parameters
+    ----------
+    band
+        The lines; what the user chose of them is meant as it is.
+    frequencies
+        Elastic natural frequencies, Hz.
+    options
+        How first line, last line and step are asked for.
+    """
+    least = max(
+        band.fmin if "fmin" in band.default else 0.0,
+        RESOLVED * band.df if "df" in band.default else 0.0,
+    )
+    low = np.sort(frequencies[(frequencies > 0.0) & (frequencies < least)])
+    if not low.size:
+        return ()
+    step = _step_below(low[0] / RESOLVED)
+    shown = ", ".join(f"{f:.3g}" for f in low[:SHOWN]) + (", …" if low.size > SHOWN else "")
+    count, of = low.size, frequencies.size
+    modes = f"{count} of its {of} elastic modes {'is' if count == 1 else 'are'}"
+    hint = options.format(step, _step_above(WIDER * low[-1]), step)
+    return (
+        f"{modes} not resolved by the default lines, {band.df:g} Hz apart from {band.fmin:g} Hz "
+        f"on: {shown} Hz; {hint} shows what they leave out",
+    )
+
+
+def _step_below(most: float) -> float:
+    """The last of 1, 2, 5 times a power of ten that is at most so much."""
+    decade = 10.0 ** math.floor(math.log10(most))
+    return float(f"{max(n for n in (1.0, 2.0, 5.0) if n * decade <= most) * decade:.6g}")
+
+
+def _step_above(least: float) -> float:
+    return float(f"{1.0 / _step_below(1.0 / least):.6g}")
 
 
 def _round_step(least: float) -> float:

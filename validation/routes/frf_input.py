@@ -34,11 +34,14 @@ class FileOptions:
         From their channels to the model's DoFs; None: their labels are the model's.
     resample
         Whether lines that differ are brought to common ones by rational interpolation.
+    averages
+        Of how many averages the files' coherences are (None: as the files say).
     """
 
     given: Given = AS_STATED
     channel_map: ChannelMap | None = None
     resample: bool = False
+    averages: int | None = None
 
 
 NOTHING_SAID = FileOptions()
@@ -50,8 +53,9 @@ def file_options(
     run: int | None = None,
     channel_map: str | None = None,
     resample: bool = False,
+    averages: int | None = None,
 ) -> FileOptions:
-    """What ``--quantity``, ``--unit``, ``--run``, ``--map`` and ``--resample`` say.
+    """What ``--quantity``, ``--unit``, ``--run``, ``--map``, … say.
 
     Raises
     ------
@@ -60,12 +64,14 @@ def file_options(
     """
     if run is not None and run < 1:
         raise CommandError(f"--run = {run}: runs count from 1 on")
+    if averages is not None and averages < 2:
+        raise CommandError(f"--averages = {averages}: coherence needs two at least")
     try:
         known = None if quantity is None else as_quantity(quantity)
     except FbsError as error:
         raise CommandError(f"--quantity = {quantity!r}: {error}") from error
     units = tuple(u.strip() for u in (unit or "").split(",") if u.strip())
-    return FileOptions(Given(known, units, run), _channel_map(channel_map), resample)
+    return FileOptions(Given(known, units, run), _channel_map(channel_map), resample, averages)
 
 
 def _channel_map(text: str | None) -> ChannelMap | None:
@@ -158,9 +164,9 @@ def _measurement(
             f"the map has no DoF of this part; it has {few(list(dict.fromkeys(known)))}, the part "
             f"{few(wanted or ())}"
         )
-    _require_some(found, [c for side in sides for c in channels_of(side)])
+    named = list(dict.fromkeys(c for side in sides for c in channels_of(side)))
+    _require_some(found, named)
     block = take(found, channels_of(sides[0]), channels_of(sides[1]), options.given.run)
-    named = [c for side in sides for c in channels_of(side)]
     rest = [label for label in labels(found) if label not in named]
     found_dofs = mapped(block, ChannelMap(*sides), radii.get)
     if not rest:

@@ -10,6 +10,7 @@ import numpy as np
 
 from fbs import AxisMismatchError, FbsError, Frf, direct_frf
 from fbs.axes import require_same_frequency
+from fbs.measured.quality import Quality, frf_square, quality, rigid_accelerance
 from fbs.measured.resampling import overlap, resample
 from mbs_models.model.parameters import Drivetrain
 
@@ -19,8 +20,9 @@ from . import frf_input
 from .frf_input import NOTHING_SAID, FileOptions
 from .routes import known_part
 from .source import Source, equations_source
-from .substitution_checks import implausible, square_labels
+from .substitution_checks import dead, implausible
 
+ROUNDED = 1e-6  # of 1, in single precision
 SAME_STEP = 1e-9  # relative: the round-off of decimal input
 
 
@@ -42,8 +44,16 @@ class Substitution:
         The file's labels that the model does not have.
     warnings
         What is implausible about the file.
+    quality
+        Of its FRFs, on the file's lines.
     repeats
         The runs whose mean ``frf`` is, on its lines; empty if there is one.
+    coherence
+        Of ``frf``, NaN where the file has none; None if it has none at all.
+    averages
+        Of how many the coherence is; None if neither the file nor the user says it.
+    interpolation
+        E |ΔH|² of what is interpolated; None: nothing is.
     """
 
     part: str
@@ -53,7 +63,11 @@ class Substitution:
     left_out: tuple[str, ...]
     unknown: tuple[str, ...]
     warnings: tuple[str, ...]
+    quality: Quality
     repeats: tuple[Frf, ...] = ()
+    coherence: FloatArray | None = None
+    averages: int | None = None
+    interpolation: FloatArray | None = None
 
 
 def read_substitutions(
@@ -90,6 +104,9 @@ def read_substitutions(
     found = tuple(
         _substitution(source, part, path, fmin, fmax, options) for part, path in paths.items()
     )
+    if options.averages and all(one.coherence is None for one in found):
+        files = ", ".join(str(one.path) for one in found) or "there is no file (--replace), and"
+        raise CommandError(f"--averages = {options.averages}: {files} has no coherences")
     if found and options.resample:
         return _on_common_lines(found, fmin, fmax, df)
     for other in found[1:]:
@@ -145,18 +162,57 @@ def _substitution(
     lines = _lines(path, frf.frequency, fmin, fmax)
     static = frf.frequency[0] == 0.0 and (fmin is None or fmin <= 0.0)
     known = frf.band(lines[0], lines[-1]).to("receptance")
+    averages = options.averages or measured.averages
+    coherence = measured.coherence
+    if coherence is not None:
+        coherence = _coherence(path, known, coherence[np.isin(frf.frequency, known.frequency)])
+    found = quality(known, coherence, rigid_accelerance(system, known.frequency))
     own = direct_frf(system, known.frequency, interface, interface) if interface else known
-    notes = [*measured.notes, *_notes(static, unknown), *implausible(known, own, interface)]
+    notes = [
+        *measured.notes,
+        *_notes(static, unknown),
+        *dead(known, system),
+        *_unused(coherence, averages),
+        *implausible(found, known, own, interface),
+    ]
     return Substitution(
         part=part,
         path=path,
         frf=known,
         interface=interface,
-        left_out=tuple(x for x in system.labels if x not in square_labels(known)),
+        left_out=tuple(x for x in system.labels if x not in frf_square(known)),
         unknown=unknown,
         warnings=tuple(f"{path} ('{part}'): {words}" for words in notes),
+        quality=found,
         repeats=tuple(one.band(lines[0], lines[-1]).to("receptance") for one in measured.repeats),
+        coherence=coherence,
+        averages=averages,
     )
+
+
+def _coherence(path: Path, frf: Frf, coherence: FloatArray) -> FloatArray:
+    """Coherence that can be one; single precision may round 1 up."""
+    wrong = ~np.isnan(coherence) & ~((coherence > 0.0) & (coherence <= 1.0 + ROUNDED))
+    if wrong.any():
+        f, i, j = (int(places[0]) for places in np.nonzero(wrong))
+        raise CommandError(
+            f"{path}: the coherence of {frf.responses[i]} ← {frf.excitations[j]} is "
+            f"{coherence[f, i, j]:g} at {frf.frequency[f]:g} Hz; must be above 0 and at most 1"
+        )
+    return np.minimum(coherence, 1.0)
+
+
+def _unused(coherence: FloatArray | None, averages: int | None) -> list[str]:
+    """What coherence there is does not tell."""
+    if coherence is None:
+        return []
+    if averages is None:
+        return [
+            "it has coherences but does not say of how many averages: no bands follow from them "
+            "(--averages N)"
+        ]
+    bare = int(np.isnan(coherence).any(axis=0).sum())
+    return [f"{bare} of its FRFs have no coherence: taken as certain"] if bare else []
 
 
 def _notes(static: bool, unknown: Sequence[str]) -> list[str]:
@@ -247,10 +303,22 @@ def _resampled(one: Substitution, lines: FloatArray) -> Substitution:
     worst = int(np.argmax(new.error))
     note = (
         f"{one.path} ('{one.part}'): interpolated to {lines.size} lines, with an error of up to "
-        f"{new.error[worst]:.2g} of the FRFs' peaks at {lines[worst]:g} Hz"
+        f"{new.error[worst]:.2g} of the largest FRF at {lines[worst]:g} Hz"
     )
     repeats = tuple(resample(other, lines).frf for other in one.repeats)
-    return replace(one, frf=new.frf, warnings=(*one.warnings, note), repeats=repeats)
+    coherence = one.coherence
+    if coherence is not None:
+        own = one.frf.frequency
+        nearest = np.rint(np.interp(lines, own, np.arange(own.size))).astype(int)
+        coherence = coherence[nearest]
+    return replace(
+        one,
+        frf=new.frf,
+        warnings=(*one.warnings, note),
+        repeats=repeats,
+        coherence=coherence,
+        interpolation=new.variance,
+    )
 
 
 def _refuse_other_step(substitution: Substitution, df: float) -> None:

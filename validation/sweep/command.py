@@ -10,8 +10,9 @@ from mbs_models.model.parameters import Drivetrain
 
 from ..errors import CommandError
 from ..report.command import run_study
-from ..routes.bands import band
+from ..routes.bands import band, elastic_frequencies, left_out
 from ..routes.memory import BYTES_PER_SWEPT_LINE, require_memory
+from ..routes.source import equations_source
 from ..runtime.clock import Clock
 from ..runtime.executors import check as check_executor
 from ..runtime.executors import opened
@@ -60,6 +61,7 @@ def run_command(
     lines, pair = band(*limits), dof_pair(response, excitation)
     if pair is not None:
         require_memory(lines, BYTES_PER_SWEPT_LINE, "the sweep's FRF")
+        warn(left_out(lines, elastic_frequencies(equations_source(drivetrain).whole)))
     plan = sweep_plan(drivetrain, taken, lines, pair, n_modes, route, metrics, streamed=stream)
     finished: list[Pieces] = []
 

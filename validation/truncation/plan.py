@@ -12,8 +12,9 @@ from mbs_models.modal.mode_kinds import label_inertias
 from mbs_models.model.parameters import Drivetrain, Part
 
 from ..errors import CommandError
-from ..routes.bands import Band, band
+from ..routes.bands import Band, band, elastic_frequencies, left_out
 from ..routes.routes import known_part
+from ..routes.source import equations_source
 
 TOLERANCE = re.compile(r"\s*([-+.\w]+?)\s*(db|scaled)?\s*", re.IGNORECASE)
 FIRST, LAST = 1.0, 4000.0  # Hz, where no band is given
@@ -57,9 +58,12 @@ class TruncationPlan:
     @property
     def notes(self) -> tuple[str, ...]:
         """What was assumed."""
+        elastic = elastic_frequencies(equations_source(self.drivetrain).whole)
+        unseen = left_out(self.band, elastic, "--band {0:g}:{1:g}:{2:g}")
         if not self.loss_factor:
-            return ()
+            return unseen
         return (
+            *unseen,
             f"the model has no damping: a loss factor of {100 * self.loss_factor:g} % is lent to "
             "every stage, so that errors at resonances are finite; joints have none",
         )
@@ -126,7 +130,7 @@ def parse_band(text: str | None) -> Band:
         They cannot be read, or are no axis.
     """
     if text is None:
-        return Band(FIRST, LAST, 1.0)
+        return Band(FIRST, LAST, 1.0, default=frozenset({"fmin", "df"}))
     try:
         values = [float(item) for item in text.split(":")]
     except ValueError:

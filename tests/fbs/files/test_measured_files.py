@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fbs import FbsError, Quantity
+from fbs import FbsError, Frf, Quantity
 from fbs.files.channel_map import in_lengths, map_of, mapped, parse_map
-from fbs.files.frf_files import read_frf
+from fbs.files.frf_files import read_frf, write_frf
 from fbs.files.measurement import Given, Measurement, complete_block
 from fbs.files.record_files import read_record
 from tests.fbs.files.foreign_files import (
@@ -275,6 +275,28 @@ def test_a_map_takes_the_radius_given_or_the_model_s(tmp_path: Path) -> None:
     np.testing.assert_allclose(stated.frf.values, 0.01, rtol=1e-12)
     with pytest.raises(FbsError, match="combines rotations and translations"):
         mapped(found, map_of({"a.w": {"12.rx": 1.0, "7.z": 1.0, "radius": 1.0}}), NO_RADII.get)
+
+
+@pytest.mark.parametrize("ending", ["uff", "npz", "csv", "mat"])
+def test_labels_as_people_write_them_are_those_of_a_map(ending: str, tmp_path: Path) -> None:
+    """ "8:-Z" is "8.z" of other sign, in the file as in the map."""
+    values = np.arange(1.0, 9.0).reshape(2, 2, 2) * (1 + 2j)
+    labels = ("7:+Z", "8:-Z")
+    frf = Frf(np.array([1.0, 2.0]), values, labels, labels)
+    coherence = np.full(values.shape, 0.9)
+    path = tmp_path / f"x.{ending}"
+    write_frf(frf, path, coherence=coherence, averages=dict.fromkeys(labels, 5))
+    found = read_frf(path)
+    assert found.frf.responses == found.frf.excitations == ("7.z", "8.z")
+    signs = np.array([[1, -1], [-1, 1]])
+    np.testing.assert_allclose(found.frf.values, values * signs, rtol=1e-11)
+    if ending != "csv":  # which has no room for it
+        assert found.coherence is not None
+        np.testing.assert_allclose(found.coherence, 0.9)
+        assert found.averages == 5
+    again = mapped(found, map_of({"a.y": "7:+Z", "b.y": "8:-Z"}), NO_RADII.get)
+    np.testing.assert_allclose(again.frf.values, values, rtol=1e-11)
+    assert again.averages == found.averages
 
 
 def test_two_accelerometers_make_a_rotation(tmp_path: Path) -> None:

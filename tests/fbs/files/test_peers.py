@@ -10,7 +10,7 @@ import pyuff
 
 from fbs import Frf, frequency_axis, read_uff, write_uff
 from fbs.files.frf_files import read_frf, write_frf
-from fbs.files.uff import Channel
+from fbs.files.uff_functions import Channel
 
 AXIS = frequency_axis(1, 40, 0.5)
 LABELS = ("gear.pinion.w", "gear.pinion.y", "gear.wheel.z")

@@ -148,7 +148,7 @@ def test_a_resonance_beyond_a_joint_does_not_spoil_the_rest(count: int, distance
     for joint in joints[count:]:
         ends = [start[name] + int(label[-1]) for name, label in (joint.first, joint.second)]
         v = unit(n, (ends[0], 1.0), (ends[1], -1.0))
-        stiffness += joint.stiffness * np.outer(v, v)
+        stiffness += joint.spring[0] * np.outer(v, v)
     tail = SecondOrderSystem(mass, 0 * mass, stiffness, tuple(f"x{k}" for k in range(n)))
     asked = ["p0.x0", "p0.x2", "p3.x2"]
     lines = real_modes(tail).natural_frequencies * (1 + distance)

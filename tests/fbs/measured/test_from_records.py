@@ -122,3 +122,16 @@ def test_records_that_do_not_fit_together() -> None:
         frf_from_records([one, both])
     with pytest.raises(FbsError, match="no records given"):
         frf_from_records([])
+
+
+def test_what_rings_on_is_told() -> None:
+    """The slowest mode decays with α/2 + β ω²/2 = 2 + 2e-5 ω² 1/s, over a second and ten."""
+    rng = np.random.default_rng(7)
+    short = frf_from_records([blow(0, rng, n=2048)])
+    omega = np.sqrt(np.linalg.eigvalsh(np.linalg.inv(np.sqrt(MASS)) @ STIFFNESS
+                                       @ np.linalg.inv(np.sqrt(MASS))))[0]  # fmt: skip
+    rate = 2.0 + 2e-5 * omega**2
+    assert np.exp(-rate * 1.0) / 10 < short.remainder < 2 * np.exp(-rate * 0.95)
+    assert frf_from_records([blow(0, rng, n=2048)], decay=5.0).remainder < 0.01
+    long = frf_from_records([blow(0, rng, n=10 * 2048)])
+    assert long.remainder < 1e-6

@@ -42,6 +42,23 @@ def test_the_error_is_said_where_there_is_noise() -> None:
     assert np.median(off) < 0.02
 
 
+def test_noise_brings_no_poles() -> None:
+    """1 % of each value: what comes of it is of that size, and within three deviations stated.
+
+    Of three FRFs a line, both in and beside resonances.
+    """
+    rng = np.random.default_rng(8)
+    shape = GIVEN.values.shape
+    noisy = replace(GIVEN, values=GIVEN.values * (1 + 0.01 * rng.standard_normal(shape)))
+    found = resample(noisy, WANTED)
+    exact = direct_frf(SYSTEM, WANTED).values
+    off = np.abs(found.frf.values - exact)
+    between = found.error > 0
+    assert np.median(off / np.abs(exact)) < 0.02
+    assert (off[between] < 3 * np.sqrt(found.variance[between])).mean() > 0.99
+    assert not found.variance[~between].any()
+
+
 def test_own_lines_keep_their_values() -> None:
     found = resample(GIVEN, AXIS[3:40:3])
     np.testing.assert_array_equal(found.frf.values, GIVEN.values[3:40:3])

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import f as f_distribution
 
 from fbs import FbsError, Frf, Joint, UnknownDofError, couple, direct_frf, frequency_axis
 from fbs.measured.uncertainty import Scatter, coupled_uncertainty, sampled
@@ -133,6 +134,22 @@ def test_scatter_of_repeats_of_coherence_and_relative() -> None:
             wrong()
 
 
+def test_the_radius_is_that_of_f() -> None:
+    substructures = parts()
+    coherence = np.full(substructures["a"].values.shape, 0.9)
+    errors = Scatter.of_coherence(substructures["a"], coherence, 5)
+    found = coupled_uncertainty(substructures, JOINTS, "a", errors)
+    np.testing.assert_allclose(
+        found.radius(0.9) ** 2, f_distribution.ppf(0.9, 2, 10) * found.variance, rtol=1e-12
+    )
+    known = coupled_uncertainty(substructures, JOINTS, "a", Scatter(errors.variance))
+    np.testing.assert_allclose(
+        known.radius(0.9) ** 2, f_distribution.ppf(0.9, 2, 1e9) * known.variance, rtol=1e-7
+    )
+    with pytest.raises(FbsError, match="the level is 1"):
+        known.radius(1)
+
+
 def test_what_does_not_fit_is_refused() -> None:
     substructures = parts()
     errors = some_errors(substructures["a"])
@@ -154,7 +171,9 @@ def test_repetitions_fall_into_the_bands() -> None:
     ratios = np.array(
         [
             frf.values[:, 0, 0] / h
-            for frf in sampled(substructures, JOINTS, "b", errors, 400, 1, [response], [excitation])
+            for frf in sampled(
+                substructures, JOINTS, {"b": errors}, 400, 1, [response], [excitation]
+            )
         ]
     )
     scatter = 4 * np.sqrt(0.05 * 0.95 / 400)

@@ -1,4 +1,4 @@
-"""Differences of FRFs traced to entries of M, C and K."""
+"""What a difference of FRFs is traced to, and what it is not."""
 
 from __future__ import annotations
 
@@ -8,36 +8,33 @@ import pytest
 from fbs import SecondOrderSystem, direct_frf
 from validation.checks.diagnosis import locate
 
-LINES = np.linspace(1.0, 40.0, 24)
-DOFS = ("a", "b", "c")
-MATRICES = {
-    "mass": np.diag([2.0, 1.0, 3.0]),
-    "damping": 1e-3
-    * np.array([[200.0, -100.0, 0.0], [-100.0, 250.0, -150.0], [0.0, -150.0, 150.0]]),
-    "stiffness": 1e4 * np.array([[3.0, -1.0, 0.0], [-1.0, 2.5, -1.5], [0.0, -1.5, 1.5]]),
-}
+LABELS = ("gear", "shaft", "encoder")
+LINES = np.linspace(50.0, 4000.0, 24)
 
 
-def frfs(changed: str = "", at: tuple[int, int] = (0, 0), by: float = 0.0) -> np.ndarray:
-    matrices = {name: matrix.copy() for name, matrix in MATRICES.items()}
-    if changed:
-        matrices[changed][at] += by
-        if at[0] != at[1]:
-            matrices[changed][at[::-1]] += by
-    system = SecondOrderSystem(matrices["mass"], matrices["damping"], matrices["stiffness"], DOFS)
-    return np.asarray(direct_frf(system, LINES, DOFS, DOFS).values)
+def system(stiff: float, bearing: float) -> SecondOrderSystem:
+    """A gear on a bearing, a shaft on the gear, and an encoder of 0.4 mg on the shaft."""
+    k = 1e8
+    stiffness = np.array(
+        [[bearing + k, -k, 0.0], [-k, k + stiff, -stiff], [0.0, -stiff, stiff]]
+    )  # fmt: skip
+    mass = np.diag([3.0, 1.2, 4e-7])
+    return SecondOrderSystem(mass, 1e-6 * stiffness, stiffness, LABELS)
 
 
-@pytest.mark.parametrize("matrix", MATRICES)
-@pytest.mark.parametrize("at", [(0, 0), (1, 2), (2, 2)])
-def test_an_entry_is_found_with_both_values(matrix: str, at: tuple[int, int]) -> None:
-    own = MATRICES[matrix][at]
-    by = 0.01 * MATRICES[matrix].max()
-    (found,) = locate(LINES, frfs(), frfs(matrix, at, by), DOFS)
-    assert (found.matrix, found.row, found.column) == (matrix, DOFS[at[0]], DOFS[at[1]])
-    assert found.reference == pytest.approx(own, abs=1e-6 * MATRICES[matrix].max())
-    assert found.other == pytest.approx(own + by, abs=1e-6 * MATRICES[matrix].max())
-
-
-def test_no_difference_is_no_entry() -> None:
-    assert locate(LINES, frfs(), frfs(), DOFS) == ()
+@pytest.mark.parametrize("stiff", [1e9, 1e11, 1e13, 1e15])
+@pytest.mark.parametrize("factor", [1.01, 1.0 + 1e-6])
+def test_what_differs_is_found_and_no_mass_where_there_are_no_digits(
+    stiff: float, factor: float
+) -> None:
+    """The encoder moves with the shaft to K_gear/K_stiff; its own mass shows by eps of that."""
+    bearing = 5e8
+    ours, theirs = (
+        direct_frf(system(stiff, value), LINES) for value in (bearing, factor * bearing)
+    )
+    found = locate(LINES, ours.values, theirs.values, ours.round_off + theirs.round_off, LABELS)
+    assert [(entry.matrix, entry.row, entry.column) for entry in found][:1] == [
+        ("stiffness", "gear", "gear")
+    ]
+    assert {(entry.row, entry.column) for entry in found} == {("gear", "gear")}
+    assert found[0].other - found[0].reference == pytest.approx((factor - 1.0) * bearing, rel=1e-3)

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from fbs import real_modes
-from tests.validation.checks.test_diagnosis import DOFS, LINES, MATRICES, frfs
+from tests.validation.checks.test_traced_entries import DOFS, LINES, MATRICES, NO_ROUND_OFF, frfs
 from validation.checks.tracing import NO_CHANGE, explained, single_lines, traced
 
 
 def test_a_changed_entry_says_how_much_it_explains() -> None:
-    words = traced(LINES, frfs(), frfs("stiffness", (1, 1), 50.0), DOFS)
+    words = traced(LINES, frfs(), frfs("stiffness", (1, 1), 50.0), NO_ROUND_OFF, DOFS)
     assert words[0].startswith("stiffness at b: 25000 against 25050 N/m")
     assert words[-1] == "this explains all but round-off of the difference"
 
@@ -30,7 +30,7 @@ def test_a_changed_entry_says_how_much_it_explains() -> None:
     ],
 )
 def test_slips_are_no_change_of_the_matrices(slip: Callable[[Any], Any], words: str) -> None:
-    (found,) = traced(LINES, frfs(), slip(frfs()), DOFS)
+    (found,) = traced(LINES, frfs(), slip(frfs()), NO_ROUND_OFF, DOFS)
     assert found.startswith(NO_CHANGE)
     assert words in found
 
@@ -42,7 +42,7 @@ def test_a_modes_residue_is_one_pattern() -> None:
     modes = real_modes(system)
     shape, square = modes.shapes[:, 1], modes.angular_frequency[1] ** 2
     wrong = 0.1 * np.outer(shape, shape) / (square - (2.0 * np.pi * LINES[:, None, None]) ** 2)
-    found = traced(LINES, frfs(), frfs() + wrong, DOFS)
+    found = traced(LINES, frfs(), frfs() + wrong, NO_ROUND_OFF, DOFS)
     assert "one pattern at all lines, as a mode's residue is" in found[0]
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 import tomllib
 from pathlib import Path
 
@@ -196,8 +198,121 @@ def test_noise_gives_bands(rig: Path, tmp_path: Path, capsys: pytest.CaptureFixt
     assert "(95 %) at" in told
     assert "of it by brake's shaft.w ← shaft.w" in told
     assert "the change there is beyond that" in told  # 5 % of the FRFs against 0.2 %
+    sampled = [*given, "--noise", "0.2%,0.1deg", "--samples"]
+    assert call(*sampled, "200", "--out", str(tmp_path / "out")) == 0
+    told = capsys.readouterr().out
+    assert re.search(r"known to −\S+ to \+\S+ dB \(95 %\) at .*the change there is beyond", told)
+    for wrong, words in (
+        ([*sampled, "20"], "--samples = 20: must be at least 100"),
+        ([*sampled, "9000000"], "--samples = 9000000: with 200 lines and"),
+        ([*given, "--samples", "200"], "nothing is known of any file's errors; --noise or"),
+    ):
+        assert call(*wrong, "--out", str(tmp_path / "out")) == 2
+        assert words in capsys.readouterr().err
     assert call(*given, "--noise", "2", "--out", str(tmp_path / "out")) == 2
     assert "--noise = '2': give a percentage" in capsys.readouterr().err
+
+
+def test_quality_and_bands_stand_in_the_report(
+    rig: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A pair 1.3 times the other from 202 to 260 Hz, a drive point of other sign, poor coherence.
+
+    The coherence's averages are said by the file, by the user, or by nobody.
+    """
+    frf = brake(rig)
+    values = frf.values.copy()
+    values[100:130, 0, 1] *= 1.3
+    coherence = np.full(values.shape, 0.999)
+    coherence[60:70, 1, 0] = 0.6
+    bad = Frf(AXIS, values, DOFS, DOFS, "accelerance")
+    for ending in ("uff", "npz", "mat"):
+        write_frf(bad, tmp_path / f"x.{ending}", coherence=coherence)
+        write_frf(bad, tmp_path / f"n.{ending}", None, coherence, dict.fromkeys(DOFS, 8))
+    out = tmp_path / "out"
+
+    def told(name: str, *more: str) -> tuple[str, str]:
+        assert call("run", str(rig), "--replace", f"brake={tmp_path / name}", *more, "--out",
+                    str(out)) == 0  # fmt: skip
+        captured = capsys.readouterr()
+        return captured.out, captured.err
+
+    def of_the_brake(printed: str) -> list[str]:
+        """What is said of the FRF that changes most."""
+        lines = printed.splitlines()
+        return [line for line in lines if line.startswith("  brake.w: ") and "(95 %)" in line]
+
+    printed, warned = told("x.uff")
+    assert "(95 %)" not in printed
+    assert "does not say of how many averages: no bands follow from them (--averages N)" in warned
+    said, warned = told("x.uff", "--averages", "8")
+    assert "known to ±" in said
+    assert "averages" not in warned
+    bands = of_the_brake(said)
+    assert bands
+    for ending in ("uff", "npz", "mat"):
+        printed, warned = told(f"n.{ending}")
+        assert of_the_brake(printed) == bands
+        assert "averages" not in warned
+    html = (out / "report.html").read_text(encoding="utf-8")
+    page = html[html.index('<h2 id="quality">') :]
+    for words in (
+        "reciprocity", "at 30 of 200 lines (202–260 Hz)", "1 − coherence",
+        "at 10 of 200 lines (122–140 Hz)", "How well the FRFs are known", "in doubt",
+    ):  # fmt: skip
+        assert words in page
+    swap = json.loads((out / "results.json").read_text(encoding="utf-8"))["swap"]
+    (reciprocity,) = (d for d in swap["parts"][0]["doubts"] if d["property"] == "reciprocity")
+    assert reciprocity["bands_hz"] == [[202.0, 260.0]]
+    known = swap["known"][0]
+    assert 0 < known["median_db"] < known["at_largest_change_db"]
+    assert sum(share["share"] for share in known["shares"]) == pytest.approx(1.0, abs=0.04)
+    with np.load(out / "results.npz") as arrays:
+        assert arrays["swap_known_db"].shape == (len(swap["known"]), 2, 200)
+        shares = arrays["swap_error_share_brake"]
+    np.testing.assert_allclose(shares.sum(axis=(1, 2)), 1.0)
+
+
+def test_the_mass_of_a_part_is_held_against_the_models(rig: Path, tmp_path: Path) -> None:
+    """The reducer alone turns freely: 1.5 times its FRFs is two thirds of its inertia.
+
+    With little damping of its mass: that of the rig holds it back at all lines.
+    """
+    rig.write_text(RIG.replace("mass_proportional = 60.0", "mass_proportional = 1.0"))
+    frf = direct_frf(multibody.stage_system(load(str(rig)), "reducer"), AXIS)
+    write_frf(Frf(AXIS, 1.5 * frf.values, frf.responses, frf.excitations), tmp_path / "x.npz")
+    given = f"reducer={tmp_path / 'x.npz'}"
+    assert call("run", str(rig), "--replace", given, "--out", str(tmp_path / "out")) == 0
+    swap = json.loads((tmp_path / "out" / "results.json").read_text(encoding="utf-8"))["swap"]
+    doubts = {tuple(d["dofs"]): d for d in swap["parts"][0]["doubts"]}
+    assert {d["property"] for d in doubts.values()} == {"mass"}
+    assert doubts["shaft.w",]["worst"] == pytest.approx(1.5, rel=0.025)  # half of the noise
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "times the model’s rigid body" in page
+
+
+@pytest.mark.parametrize(
+    ("value", "averages", "words"),
+    [
+        (0.9, "1", "--averages = 1: coherence needs two at least"),
+        (1.2, "8", "the coherence of brake.w ← brake.w is 1.2 at 2 Hz; must be above 0"),
+        (None, "8", "--averages = 8: "),
+    ],
+)
+def test_coherence_that_is_none(
+    value: float | None,
+    averages: str,
+    words: str,
+    rig: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    frf = brake(rig)
+    path = tmp_path / "x.npz"
+    write_frf(frf, path, coherence=None if value is None else np.full(frf.values.shape, value))
+    given = ["run", str(rig), "--replace", f"brake={path}", "--averages", averages]
+    assert call(*given, "--out", str(tmp_path / "out")) == 2
+    assert words in capsys.readouterr().err
 
 
 def test_files_of_other_lines_are_interpolated_when_asked(
@@ -228,7 +343,7 @@ def test_files_of_other_lines_are_interpolated_when_asked(
 BLOWS, NOISE = 6, 2e-3
 
 
-def hammered(rig: Path, rng: np.random.Generator) -> list[Record]:
+def hammered(rig: Path, rng: np.random.Generator, motion: str) -> list[Record]:
     """Blows at both DoFs of the brake alone, by exudyn in time; sensors' noise is added.
 
     Sampled at every step: a half-sine's corners have all frequencies, and there is no filter. The
@@ -241,24 +356,27 @@ def hammered(rig: Path, rng: np.random.Generator) -> list[Record]:
         blow = Excitation(dof, HalfSine(100.0, 1e-3, start=2e-3))
         run = simulate(
             system, [blow], duration=0.5, integrator=integrator, sampling_frequency=51200.0,
-            responses=DOFS, record=("displacement",),
+            responses=DOFS, record=(motion,),
         )  # fmt: skip
-        assert run.displacement is not None
-        size = np.abs(run.displacement).max(axis=0)
+        sensed = getattr(run, motion)
+        size = np.abs(sensed).max(axis=0)
         for _ in range(BLOWS):
             strength = rng.uniform(0.5, 2.0)
-            noise = NOISE * size * rng.standard_normal(run.displacement.shape)
-            motion = strength * run.displacement + noise
-            records.append(
-                Record(51200.0, strength * run.forces, motion, (dof,), DOFS, "receptance")
-            )
+            noise = NOISE * size * rng.standard_normal(sensed.shape)
+            output = strength * sensed + noise
+            quantity = {"displacement": "receptance", "acceleration": "accelerance"}[motion]
+            records.append(Record(51200.0, strength * run.forces, output, (dof,), DOFS, quantity))
     return records
 
 
+@pytest.mark.parametrize(
+    ("motion", "quantity"), [("displacement", "receptance"), ("acceleration", "accelerance")]
+)
 def test_hammer_records_become_a_part(
-    rig: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    motion: str, quantity: str, rig: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    records = hammered(rig, np.random.default_rng(12))
+    """And the model's own FRFs, of the part and of the whole, lie in the bands estimated."""
+    records = hammered(rig, np.random.default_rng(12), motion)
     paths = []
     for number, record in enumerate(records):
         paths.append(str(tmp_path / f"blow{number}.npz"))
@@ -267,11 +385,11 @@ def test_hammer_records_become_a_part(
     band = ["--fmin", "10", "--fmax", "400"]
     assert call("estimate", *paths, "--output", target, *band) == 0
     told = capsys.readouterr().out
-    assert "receptance by H1 (hammer), 2 × 2, 196 lines from 10 to 400 Hz" in told
+    assert f"{quantity} by H1 (hammer), 2 × 2, 196 lines from 10 to 400 Hz" in told
     assert "averages: brake.w: 6, shaft.w: 6" in told
     found = frf_from_records(records, fmin=10.0, fmax=400.0)
     assert found.variance is not None
-    exact = brake(rig).band(10.0, 400.0).to("receptance").values
+    exact = brake(rig).band(10.0, 400.0).to(quantity).values
     # F(2, 2 (6 − 1)) of |ΔH|² / variance; 784 values, of which a line's four share their blows
     limit = f_distribution.ppf(0.95, 2, 10)
     inside = np.abs(found.frf.values - exact) ** 2 < limit * found.variance
@@ -279,6 +397,15 @@ def test_hammer_records_become_a_part(
     out = str(tmp_path / "out")
     assert call("run", str(rig), "--replace", f"brake={target}", "--out", out) == 0
     assert "The swap (brake from brake.uff" in capsys.readouterr().out
+    # of the whole: the file says of how many averages its coherence is, so that bands are those of
+    # Student's t of 2 (6 − 1) degrees of freedom
+    with np.load(tmp_path / "out" / "results.npz") as arrays:
+        model = 20 * np.log10(
+            np.abs(arrays["swap_before_m_per_n"]) / np.abs(arrays["swap_after_m_per_n"])
+        )
+        low, high = np.moveaxis(arrays["swap_known_db"], 1, 0)
+        within = (low < model) & (model < high)
+    assert 0.92 < within.mean() < 0.99
 
 
 def test_motions_without_a_force_are_no_frfs(

@@ -17,7 +17,7 @@ from tests.validation.command_line import call
 from validation.crosscheck.study import report_pairs
 from validation.errors import CommandError
 from validation.routes import memory
-from validation.routes.bands import Band, band
+from validation.routes.bands import Band, band, elastic_frequencies, left_out
 from validation.routes.routes import comparison_routes
 from validation.routes.source import equations_source
 
@@ -197,3 +197,79 @@ def test_run_holds_no_more_than_is_counted(tmp_path: Path) -> None:
     peak(*arguments, "10")  # what is imported stays
     # all it holds, not its growth: when garbage is collected moves a peak by some 15 MB
     assert peak(*arguments, "0.25") <= memory.run_bytes(load("paper")) * 24000
+
+
+# --- what default lines leave out ------------------------------------------------------------
+
+TWO = """
+name = "two discs"
+[[inertia]]
+name = "a"
+radius = 1.0
+polar_inertia = 1000.0
+[[inertia]]
+name = "b"
+radius = 1.0
+polar_inertia = 1000.0
+[[coupling]]
+name = "s"
+first = "a"
+second = "b"
+radius = 1.0
+inertia = 1.0
+first_stiffness = {0}
+second_stiffness = {0}
+"""
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "words", "lines"),
+    [
+        # both springs in a row carry the discs: f = sqrt(2 (k/2) / m) / 2 pi, up to the hub's 1 kg
+        ("1e4", "1 of its 2 elastic modes is", "0.05:2:0.05"),  # 0.503 and 22.5 Hz
+        ("1e2", "2 of its 2 elastic modes are", "0.005:5:0.005"),  # 0.0503 and 2.25 Hz
+        ("4e6", "", ""),  # 10.1 Hz
+    ],
+)
+def test_modes_that_default_lines_do_not_show(
+    stiffness: str,
+    words: str,
+    lines: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    path = tmp_path / "two.toml"
+    path.write_text(TWO.format(stiffness))
+    pair = ["--response", "a.w", "--excitation", "a.w"]
+    first, last, step = lines.split(":") if lines else ("", "", "")
+    hint = f"--fmin {first} --fmax {last} --df {step}"
+    commands = {
+        "frf": [*pair, "--output", str(tmp_path / "x.npz")],
+        "run": ["--no-time", "--out", str(tmp_path / "run")],
+        "truncate": ["--out", str(tmp_path / "truncate")],
+        "sweep": ["--vary", "a.polar_inertia=1:2:3", *pair, "--out", str(tmp_path / "sweep")],
+    }
+    for command, options in commands.items():
+        call(command, str(path), *options)
+        told = capsys.readouterr().err
+        if not words:
+            assert "not resolved" not in told
+            continue
+        shown = f"--band {lines}" if command == "truncate" else hint
+        assert f"{words} not resolved by the default lines, 1 Hz apart from 1 Hz on: " in told
+        assert f"{shown} shows what they leave out" in told
+    if words:
+        call("frf", str(path), *commands["frf"], *hint.split())
+        assert "not resolved" not in capsys.readouterr().err
+        found = elastic_frequencies(equations_source(load(str(path))).whole)
+        low = found[found < 10.0]
+        assert ((low > 10.0 * float(first)) & (low < float(last))).all()
+
+
+def test_lines_that_were_chosen_are_meant() -> None:
+    low = np.array([0.0, 0.5, 50.0])
+    assert left_out(band(None, None, None), low) != ()
+    assert left_out(band(1.0, None, 1.0), low) == ()
+    assert left_out(Band.of(np.array([1.0, 2.0])), low) == ()
+    (sentence,) = left_out(band(1.0, None, None), low)
+    assert sentence.startswith("1 of its 3 elastic modes is not resolved")

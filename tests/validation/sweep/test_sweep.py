@@ -523,8 +523,10 @@ def test_pieces_of_other_code_or_libraries_are_computed_again(
 def test_results_too_large_are_refused(paper: Any) -> None:
     found = Samples((SPRING,), ((1e5,),) * 100_000, sampled=False)
     with pytest.raises(
-        CommandError, match=r"12\.0 GB, more than 2 GB; give a larger --df.*--stream"
+        CommandError, match=r"12\.1 GB, more than 2 GB; give a larger --df.*--stream"
     ):
         sweep_plan(paper, found, Band(), PAIR)
     todo = sweep_plan(paper, found, Band(), PAIR, streamed=True)
     assert todo.n_lines == 15000
+    with pytest.raises(CommandError, match=r"of 0 lines and 1000 modes take 6\.4 GB.* --modes"):
+        sweep_plan(paper, found, Band(), n_modes=1000)

@@ -1,0 +1,1 @@
+"""`crosscheck explore`: a page that computes FRFs in the browser."""

@@ -1,0 +1,1 @@
+"""`crosscheck reduce`: which reduction of a stage meets a tolerance with the fewest coordinates."""

@@ -1,0 +1,1 @@
+"""`crosscheck couple`, `decouple`, `identify`: substructuring of FRFs from files."""
