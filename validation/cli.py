@@ -32,7 +32,6 @@ from .cli_options import (
     Levels,
     Metrics,
     Model,
-    Only,
     Replace,
     Resample,
     Responses,
@@ -40,7 +39,6 @@ from .cli_options import (
     Route,
     SignalKind,
     Speeds,
-    Theirs,
     Torque,
     Vary,
     Version,
@@ -191,51 +189,6 @@ def paper(
     from .paper.command import run_command
 
     end(run_command(out, only, tolerance).agrees)
-
-
-@app.command(epilog="Example: crosscheck explain gearbox.toml measured.uff --map map.toml")
-def explain(
-    model: Model,
-    theirs: Theirs,
-    ours: Annotated[
-        Path | None, typer.Option(help="A file of our FRFs in place of the model's own.")
-    ] = None,
-    stage: Annotated[
-        str | None,
-        typer.Option(help="The stage or inertia alone whose result it is, with its half hubs."),
-    ] = None,
-    only: Only = None,
-    quantity: FileQuantity = None,
-    unit: FileUnit = None,
-    test_run: FileRun = None,
-    channel_map: FileMap = None,
-    noise: Annotated[
-        str | None,
-        typer.Option(metavar="1%", help="Of natural frequencies, one standard deviation."),
-    ] = None,
-    out: Annotated[Path, typer.Option(help="Where explanation.html goes.")] = Path(
-        "crosscheck-explanation"
-    ),
-) -> None:
-    """Say which change of the model, or which slip, makes THEIRS and ours equal.
-
-    Exit code 1 if nothing does.
-    """
-    from .checks.part_uncertainty import parse_noise
-    from .explanation.command import run_command
-    from .routes.frf_input import file_options
-
-    result = run_command(
-        model,
-        theirs,
-        out,
-        ours=ours,
-        stage=stage,
-        only=only or (),
-        options=file_options(quantity, unit, test_run, channel_map),
-        noise=parse_noise(noise),
-    )
-    end(result.agrees)
 
 
 @app.command(
