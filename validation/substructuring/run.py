@@ -226,7 +226,11 @@ def _result(
         else "every line drawn has a digit"
     )
     told = verdict if identified else f"{verdict}: {digits}"
+    odd = [part for part in parts if part.quality]
+    if odd:
+        told = f"{told}; {' and '.join(part.name for part in odd)} in doubt for quality"
     notes = tuple(f"{part.path}: {note}" for part in parts for note in part.notes)
+    notes += tuple(f"{part.path}: {'; '.join(part.quality)}" for part in odd)
     return SubstructuringResult(
         command, parts, at, how, told, conclusions, (*notes, *warnings), frequency, condition,
         error_is, curves, identified, {command: time.perf_counter() - start},

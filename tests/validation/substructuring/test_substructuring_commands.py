@@ -348,7 +348,8 @@ def test_another_part_contradicts_what_the_assembly_says_alone(
 ) -> None:
     """Of B measured too small by half the direct form is wrong, in situ not; and that is said."""
     parts = loose(stages, np.random.default_rng(9))
-    parts["B"] = Frf(LINES, 0.5 * parts["B"].values, *[parts["B"].responses] * 2)
+    b = parts["B"]
+    parts["B"] = Frf(LINES, 0.5 * b.values, b.responses, b.excitations)
     for name, frf in parts.items():
         write_frf(frf, files / f"{name}.npz")
     assert call(*["identify", "AB.npz", "A.npz", "B.npz", "--at", "a=b", "--noise", "1%"]) == 0
@@ -370,7 +371,8 @@ def test_few_runs_make_wider_bands_than_a_known_noise(stages: dict[str, Frf]) ->
     """Student: of two runs the radius of 95 % is 8.2 times that of a variance that is known."""
     rng = np.random.default_rng(10)
     runs = tuple(noisy(stages["planetary"], 0.01, rng) for _ in range(2))
-    mean = Frf(LINES, (runs[0].values + runs[1].values) / 2.0, *[runs[0].responses] * 2)
+    labels = runs[0].responses
+    mean = Frf(LINES, (runs[0].values + runs[1].values) / 2.0, labels, labels)
     part = Part("B", Path("b.uff"), mean, (), (), runs)
     parts = {"A": Part("A", Path("a.uff"), stages["reducer"], (), ()), "B": part}
     result, _ = run_couple(parts, ((HUB, HUB),), RIGID, None)
@@ -412,3 +414,15 @@ def test_labels_that_do_not_fit_are_told_with_their_file(
 ) -> None:
     assert call(*f"decouple whole.npz planetary.npz {line}".split()) == 2
     assert words in capfd.readouterr().err
+
+
+def test_a_file_that_is_no_passive_structure_is_in_the_verdict(
+    files: Path, stages: dict[str, Frf], capfd: Any
+) -> None:
+    """Of e^{-jωt}, a sensor turned round or a gain: it has all its digits, and is wrong."""
+    own = stages["planetary"]
+    write_frf(Frf(LINES, own.values.conj(), own.responses, own.excitations), files / "turned.npz")
+    assert call(*"couple reducer.npz turned.npz --at coupling.w".split()) == 0
+    verdict = document(files / "crosscheck-couple" / "couple.json")["verdict"]
+    assert verdict.endswith("; B in doubt for quality")
+    assert "turned.npz: " in capfd.readouterr().err
