@@ -97,7 +97,13 @@ def estimated(
         if not (np.isfinite(resolution) and resolution > 0):
             raise CommandError(f"--df = {resolution}: must be greater than 0 (Hz)")
         segment = round(records[0].sampling_frequency / resolution)
-    return frf_from_records(records, method, signal, segment, decay, fmin, fmax)  # type: ignore[arg-type]  # just checked
+    found = frf_from_records(records, method, signal, segment, decay, fmin, fmax)  # type: ignore[arg-type]  # just checked
+    if resolution is not None and found.signal == "hammer":
+        raise CommandError(
+            f"--df = {resolution:g}: is for noise; blows have the lines of their records, "
+            "1/duration apart (--signal noise, if the force is one)"
+        )
+    return found
 
 
 def _require(option: str, value: str, allowed: Sequence[str]) -> None:

@@ -422,7 +422,7 @@ def test_a_file_that_is_no_passive_structure_is_in_the_verdict(
     """Of e^{-jωt}, a sensor turned round or a gain: it has all its digits, and is wrong."""
     own = stages["planetary"]
     write_frf(Frf(LINES, own.values.conj(), own.responses, own.excitations), files / "turned.npz")
-    assert call(*"couple reducer.npz turned.npz --at coupling.w".split()) == 0
+    assert call(*["couple", "reducer.npz", "turned.npz", "--at", "coupling.w"]) == 0
     verdict = document(files / "crosscheck-couple" / "couple.json")["verdict"]
     assert verdict.endswith("; B in doubt for quality")
     assert "turned.npz: " in capfd.readouterr().err
