@@ -364,6 +364,23 @@ def test_it_fits_its_window(tab: Browser, width: int) -> None:
     assert tab.run("document.documentElement.scrollWidth") <= width
 
 
+CUT = """[...document.querySelectorAll("#choice select")].filter((one) => {
+  const free = one.cloneNode(true);
+  free.style.cssText = "display: inline-block; width: auto; position: absolute";
+  one.parentElement.append(free);
+  const { offsetWidth } = free; // as wide as its widest option
+  free.remove();
+  return offsetWidth > one.offsetWidth;
+}).map((one) => one.id)"""
+
+
+@pytest.mark.parametrize("width", [420, 1400, 3840])
+def test_no_choice_is_cut(tab: Browser, width: int) -> None:
+    tab.size(width, 1000)
+    tab.wait(f"innerWidth === {width}")
+    assert tab.run(CUT) == []
+
+
 def test_every_control_has_a_name(tab: Browser) -> None:
     nameless = tab.run(
         "[...document.querySelectorAll('main select, main input, main button')].filter((one) => "
