@@ -45,7 +45,7 @@ from .condensation import (
     condense_dynamic_stiffness,
     condense_free,
 )
-from .coupled_bound import BoundedFrf, Reason, TruncatedPart, bounded_frf
+from .coupled_bound import BoundedFrf, Reason, ReducedPart, TruncatedPart, bounded_frf
 from .coupling import CoupledFrf, couple
 from .damped_modes import ComplexModes, complex_modes
 from .errors import (
@@ -67,7 +67,7 @@ from .large.chain import couple_chain
 from .large.galerkin_bound import GalerkinBound, galerkin_bound
 from .large.krylov import ReducedFrf, ReductionError, reduced_frf
 from .large.sparse_system import SparseSystem, sparse_frf
-from .modal_synthesis import Poles, modal_frf, poles
+from .modal_synthesis import modal_frf
 from .modal_truncation import TruncatedModes, truncate
 from .periodic.floquet import NoCommonPeriodError, Stability, stability, stability_by_period
 from .periodic.harmonic_balance import PeriodicResponse, SingularBalanceError, outputs, steady_state
@@ -79,6 +79,7 @@ from .signal.estimation import Estimate, averaged_frf, impulse_frf, periodic_frf
 from .signal.records import Record
 from .smallest_basis import SmallestBasis, Tolerance, smallest_basis
 from .synthesis import Method, MethodError, Synthesis, synthesize
+from .system_poles import Poles, poles
 from .undamped_modes import RealModes, real_modes
 
 __all__ = [
@@ -117,6 +118,7 @@ __all__ = [
     "Reason",
     "Record",
     "ReducedFrf",
+    "ReducedPart",
     "Reduction",
     "ReductionError",
     "SecondOrderSystem",

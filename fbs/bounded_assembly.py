@@ -20,9 +20,10 @@ from .frf import Frf, Quantity
 from .joints import AnyJoint, Joint, Node
 from .modal_synthesis import modal_frf
 from .modal_truncation import TruncatedModes, truncate
+from .reduced_bound import ReducedPart
 from .second_order_system import SecondOrderSystem
 from .truncation_bound import Ends, PartLines, given_part, no_guarantee, rayleigh_part
-from .undamped_modes import RealModes, Selection
+from .undamped_modes import RealModes, Selection, require_own
 from .viscous_bound import viscous_part
 
 
@@ -34,10 +35,18 @@ class TruncatedPart:
     ----------
     system : SecondOrderSystem
     modes : TruncatedModes
+
+    Raises
+    ------
+    AxisMismatchError
+        Modes of another system.
     """
 
     system: SecondOrderSystem
     modes: TruncatedModes
+
+    def __post_init__(self) -> None:
+        require_own(self.system, self.modes.kept)
 
     @classmethod
     def of(
@@ -67,7 +76,7 @@ class TruncatedPart:
         return no_guarantee(self.system)
 
 
-Part = TruncatedPart | SecondOrderSystem | Frf
+Part = TruncatedPart | ReducedPart | SecondOrderSystem | Frf
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,13 +192,14 @@ class Assembly:
         lines = {name: _on_lines(name, parts[name], axis, own) for name, own in used.items()}
         return cls(axis, joints, lines, used, (rows, columns))
 
-    def place(self, response: int, excitation: int) -> tuple[str, int, int] | None:
-        """Return the part that has both, and where; None if they are of different parts."""
-        for name, ports in self.ports.items():
-            rows, columns = dict(ports.responses), dict(ports.excitations)
-            if response in rows and excitation in columns:
-                return name, rows[response], columns[excitation]
-        return None
+    @cached_property
+    def responding(self) -> dict[int, tuple[str, int]]:
+        """Of each response its part, and which of this part's responses it is."""
+        return {
+            place: (name, at)
+            for name, ports in self.ports.items()
+            for at, (place, _) in enumerate(ports.responses)
+        }
 
 
 @dataclass(frozen=True, eq=False)
@@ -248,41 +258,49 @@ class Coupled:
         return cls(assembly, better, unscaled, scale)
 
     @cached_property
-    def forces(self) -> ComplexArray:
-        """Joint forces per unit force at the excitations, G B Y, (n_joint, n_excitation, nf)."""
-        excited = np.zeros(
-            (len(self.scale), len(self.assembly.labels[1]), self.scale.shape[1]), complex
-        )
+    def ends(self) -> Mapping[str, tuple[ComplexArray, ComplexArray]]:
+        """Of each part B Y at its excitations and Y B^T at its responses, (n_end, n, nf)."""
+        found = {}
         for name, part in self.assembly.parts.items():
             ports = self.assembly.ports[name]
-            rows, signs = ports.row_ends
-            found = part.between(rows, [at for _, at in ports.excitations], self.better)
-            for joint, sign, row in zip(ports.joints, signs, found, strict=True):
-                for (place, _), entry in zip(ports.excitations, row, strict=True):
-                    excited[joint, place] += sign * entry
-        return product(self.inverse, excited)
+            (rows, row_signs), (columns, column_signs) = ports.row_ends, ports.column_ends
+            here = part.between(rows, [at for _, at in ports.excitations], self.better)
+            here *= np.array(row_signs)[:, None, None]
+            there = here
+            if not self.symmetric:
+                there = part.between([at for _, at in ports.responses], columns, self.better)
+                there = there.swapaxes(0, 1) * np.array(column_signs)[:, None, None]
+            found[name] = here, there
+        return found
 
     @cached_property
-    def responds(self) -> ComplexArray:
-        """Responses per unit joint force, Y B^T, shape (n_response, n_joint, nf)."""
-        responds = np.zeros(
-            (len(self.assembly.labels[0]), len(self.scale), self.scale.shape[1]), complex
-        )
-        for name, part in self.assembly.parts.items():
+    def forces(self) -> ComplexArray:
+        """Joint forces per unit force at the excitations, G B Y, (n_joint, n_excitation, nf)."""
+        total = np.zeros((len(self.scale), len(self.assembly.labels[1]), self.axis.size), complex)
+        for name, (here, _) in self.ends.items():
             ports = self.assembly.ports[name]
-            columns, signs = ports.column_ends
-            found = part.between([at for _, at in ports.responses], columns, self.better)
-            for (place, _), row in zip(ports.responses, found, strict=True):
-                for joint, sign, entry in zip(ports.joints, signs, row, strict=True):
-                    responds[place, joint] += sign * entry
-        return responds
+            places = [place for place, _ in ports.excitations]
+            for row, gains in zip(total, self.inverse[:, ports.joints], strict=True):
+                row[places] = _summed(gains, here)
+        return total
 
     @cached_property
     def reactions(self) -> ComplexArray:
         """Joint forces per unit force at the responses, reciprocally, as `forces`."""
-        return (
-            self.forces if self.symmetric else product(self.responds, self.inverse).swapaxes(0, 1)
-        )
+        if self.symmetric:
+            return self.forces
+        total = np.zeros((len(self.scale), len(self.assembly.labels[0]), self.axis.size), complex)
+        for name, (_, there) in self.ends.items():
+            ports = self.assembly.ports[name]
+            places = [place for place, _ in ports.responses]
+            for k, row in enumerate(total):
+                row[places] = _summed(self.inverse[list(ports.joints), k], there)
+        return total
+
+    @property
+    def axis(self) -> FloatArray:
+        """Lines, Hz."""
+        return self.assembly.axis
 
     @property
     def symmetric(self) -> bool:
@@ -290,19 +308,28 @@ class Coupled:
         same = self.assembly.labels[0] == self.assembly.labels[1]
         return same and all(part.missing is not None for part in self.assembly.parts.values())
 
-    def passed(self, response: int, excitation: int) -> ComplexArray:
-        """Return Y B^T G B Y between two labels, shape (nf,)."""
-        total = np.zeros(self.scale.shape[1], complex)
-        for left, right in zip(self.responds[response], self.forces[:, excitation], strict=True):
-            total += left * right
-        return total
+    def frf(self, response: int, excitations: range) -> ComplexArray:
+        """Return the coupled FRFs between a label and some in a row, (n, nf)."""
+        found = np.zeros((len(excitations), self.axis.size), complex)
+        name, at = self.assembly.responding.get(response, ("", 0))
+        if not name:
+            return found
+        ports = self.assembly.ports[name]
+        own = [(place, column) for place, column in ports.excitations if place in excitations]
+        row, columns = ports.responses[at][1], [column for _, column in own]
+        entries = self.assembly.parts[name].between([row], columns, self.better)[0]
+        for (place, _), entry in zip(own, entries, strict=True):
+            found[place - excitations.start] = entry
+        forces = self.forces[list(ports.joints), excitations.start : excitations.stop]
+        found -= _summed(self.ends[name][1][:, at], forces)
+        return found
 
 
-def product(left: ComplexArray, right: ComplexArray) -> ComplexArray:
-    """Multiply matrices whose last axis is frequency."""
-    total = np.zeros((left.shape[0], *right.shape[1:]), complex)
-    for k in range(len(right)):
-        total += left[:, k, None] * right[k]
+def _summed(gains: ComplexArray, rows: ComplexArray) -> ComplexArray:
+    """Return sum_k gains_k rows_k of gains (n, nf) and rows (n, nf) or (n, m, nf)."""
+    total = np.zeros(rows.shape[1:], complex)
+    for gain, row in zip(gains, rows, strict=True):
+        total += gain * row
     return total
 
 
@@ -310,7 +337,7 @@ def _labels(part: Part) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return responses and excitations."""
     if isinstance(part, Frf):
         return part.responses, part.excitations
-    system = part.system if isinstance(part, TruncatedPart) else part
+    system = part if isinstance(part, SecondOrderSystem) else part.system
     return system.labels, system.labels
 
 
@@ -353,9 +380,14 @@ def _on_lines(name: str, part: Part, axis: FloatArray, ports: Ports) -> PartLine
             )
         require_same_frequency(axis, part.frequency, f"the axis of part {name!r} differs")
         return given_part(part.select(ports.rows, ports.columns))
+    whole = part if isinstance(part, SecondOrderSystem) else part.system
+    coefficients = rayleigh_coefficients(whole)
+    if isinstance(part, ReducedPart):
+        if coefficients is None:
+            return given_part(part.frf(axis, ports.rows), complete=False)
+        return part.lines(coefficients, axis, ports.rows)
     truncated = TruncatedPart.of(part) if isinstance(part, SecondOrderSystem) else part
-    system, modes = truncated.system, truncated.modes
-    left_out, coefficients = modes.left_out, rayleigh_coefficients(system)
+    system, modes, left_out = truncated.system, truncated.modes, truncated.modes.left_out
     if left_out is not None and coefficients is not None:
         return rayleigh_part(system, modes, left_out, coefficients, axis, ports.rows)
     if truncated.no_guarantee is None and left_out is not None:

@@ -24,7 +24,7 @@ parts, det(1 + X Y) being det(1 + Y X): whatever V is, the assembly has no pole 
 
 V' (1 + K V')^-1 being V' less V' K V' (1 + K V')^-1 and V' block-diagonal over the parts q: what
 one part lacks is felt by two DoFs through that part. Any other FRF, such as Y~_c, is at most
-|Y~_c - Y'_c| further away.
+|Y~_c - Y'_c| further away; the distance is that of the numbers returned, their rounding included.
 
 k is taken as Frobenius' norm, which is never below the spectral one: k^2 = tr(G'^H S G' S*) with
 S = A^H rho A, one row a joint. Nothing here depends on the units of a DoF or on how joints are
@@ -50,12 +50,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._assembly import Layout, assemble
 from ._kernels.blas_threads import one_blas_thread
+from ._kernels.blocks import stretches
 from ._kernels.checks import (
     ComplexArray,
     FloatArray,
@@ -65,16 +67,33 @@ from ._kernels.checks import (
     unique_labels,
 )
 from ._kernels.elimination import EPS
-from .bounded_assembly import Assembly, Coupled, Part, TruncatedPart, product
+from .bounded_assembly import Assembly, Coupled, Part, TruncatedPart
 from .frf import Frf, Quantity, computed_frf, require_same_layout
 from .joints import AnyJoint
-from .truncation_bound import Missing
+from .reduced_bound import ReducedPart
+from .truncation_bound import SURE
 
-__all__ = ["BoundedFrf", "Part", "Reason", "TruncatedPart", "bounded_frf", "decibels"]
+__all__ = [
+    "BoundedFrf",
+    "Part",
+    "Reason",
+    "ReducedPart",
+    "TruncatedPart",
+    "bounded_frf",
+    "decibels",
+]
 
 
-Sides = dict[str, tuple[FloatArray, FloatArray]]
-"""Of each part: of the responses and of the excitations, shape (n, nf)."""
+Sides = tuple[FloatArray, FloatArray]
+"""Of responses and of excitations, shape (n, n_share, nf): a bound is sum_q left_iq right_jq."""
+
+
+CACHED = 2**19
+"""Bytes of FRFs whose bounds are made at once: what they take stays in the cache."""
+
+
+ROUNDED = 1 + 1e-13
+"""A bound is a sum of positive terms, two a part: eps times their number is below 1e-13."""
 
 
 class Reason(IntEnum):
@@ -107,37 +126,48 @@ class BoundedFrf:
     reason: NDArray[np.int8]
     kernel: FloatArray
     loss: FloatArray
-    _assembly: Assembly
-    _truncated: Coupled
     _better: Coupled
-    _norms: Sides
-    _sizes: Sides
+    _unknown: Sides
+    _rounding: Sides
 
     def change(self, response: str, excitation: str) -> ComplexArray:
-        """Return Y'_c - Y~_c, what is known of the error; shape (nf,), m/N."""
+        """Return Y'_c - Y~_c, what is known of the error of the numbers in `frf`; (nf,), m/N."""
         return self._change(*self._at(response, excitation))
 
     def truncation(self, response: str, excitation: str) -> FloatArray:
         """Bound the error of an FRF of `frf`, but for round-off; shape (nf,), m/N."""
-        return self._truncation(*self._at(response, excitation))
+        i, j = self._at(response, excitation)
+        unknown = self._shares(i, range(j, j + 1), self._unknown)[0]
+        return np.asarray(_modulus(self._change(i, j)) + unknown)
 
     def round_off(self, response: str, excitation: str) -> FloatArray:
         """Bound what round-off makes of it; shape (nf,), m/N."""
-        return self._round_off(*self._at(response, excitation))
+        i, j = self._at(response, excitation)
+        share = _products(self._rounding, i, slice(j, j + 1))[0]
+        return np.where(self.loss < 1, share, np.inf)
 
     def between(self, response: str, excitation: str) -> FloatArray:
         """Bound the whole error of an FRF of `frf`; infinite where there is no bound."""
         i, j = self._at(response, excitation)
-        return np.asarray(self._truncation(i, j) + self._round_off(i, j))
+        shares = self._shares(i, range(j, j + 1), self._unknown, self._rounding)[0]
+        return np.asarray(_modulus(self._change(i, j)) + shares)
 
     @cached_property
     def bound(self) -> FloatArray:
         """The bounds of all FRFs, shape (nf, n_response, n_excitation), m/N."""
-        n_rows, n_columns = len(self.frf.responses), len(self.frf.excitations)
-        bounds = np.empty((n_rows, n_columns, self.kernel.size))
-        for i in range(n_rows):
-            for j in range(n_columns):
-                bounds[i, j] = self._truncation(i, j) + self._round_off(i, j)
+        values = self.frf.values.transpose(1, 2, 0)
+        bounds, mirrored = np.empty(values.shape), self._better.symmetric
+        step = max(1, CACHED // (16 * self.kernel.size))
+        for i in range(len(values)):
+            first = i if mirrored else 0
+            for some in stretches(values.shape[1] - first, step):
+                columns = range(first + some.start, first + some.stop)
+                at = slice(columns.start, columns.stop)
+                better = self._better.frf(i, columns)
+                shares = self._shares(i, columns, self._unknown, self._rounding)
+                bounds[i, at] = _modulus(better - values[i, at]) + shares
+                if mirrored:
+                    bounds[at, i] = _modulus(better - values[at, i]) + shares
         return read_only(bounds.transpose(2, 0, 1))
 
     def of(self, frf: Frf) -> FloatArray:
@@ -160,31 +190,23 @@ class BoundedFrf:
         return i, positions([excitation], self.frf.excitations, "the FRF's excitations")[0]
 
     def _change(self, i: int, j: int) -> ComplexArray:
-        change = self._truncated.passed(i, j) - self._better.passed(i, j)
-        place = self._assembly.place(i, j)
-        if place is not None:
-            name, row, column = place
-            missing = self._assembly.parts[name].missing
-            if missing is not None:
-                change += missing.known([row], [column])[0, 0]
-        return change
+        better = self._better.frf(i, range(j, j + 1))[0]
+        return np.asarray(better - self.frf.values[:, i, j])
 
-    def _truncation(self, i: int, j: int) -> FloatArray:
-        direct = _sum_of_products(self._norms, i, j)
-        left = sum((own[0][i] ** 2 for own in self._norms.values()), np.zeros(1))
-        right = sum((own[1][j] ** 2 for own in self._norms.values()), np.zeros(1))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            through = np.sqrt(left * right) * self.kernel / (1 - self.kernel)
-        radius = np.where(self.reason > 0, np.inf, direct + through)
-        return np.asarray(np.abs(self._change(i, j)) + radius)
+    def _shares(self, i: int, columns: range, *shares: Sides) -> FloatArray:
+        """Add up shares for some excitations in a row, shape (n, nf); infinite without a bound."""
+        some = slice(columns.start, columns.stop)
+        total = sum((_products(sides, i, some) for sides in shares), np.zeros(self.kernel.size))
+        return np.where(self.reason > 0, np.inf, total * ROUNDED)
 
-    def _round_off(self, i: int, j: int) -> FloatArray:
-        direct = _sum_of_products(self._sizes, i, j)
-        left = sum((own[0][i] for own in self._sizes.values()), np.zeros(1))
-        right = sum((own[1][j] for own in self._sizes.values()), np.zeros(1))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            share = 2 * (direct + left * right * self.loss / (1 - self.loss))
-        return np.where(self.loss < 1, share, np.inf)
+
+def _modulus(values: ComplexArray) -> FloatArray:
+    return np.asarray(np.sqrt(values.real**2 + values.imag**2) * ROUNDED)
+
+
+def _products(sides: Sides, i: int, columns: slice) -> FloatArray:
+    """Return sum_q left_iq right_jq, shape (n, nf)."""
+    return np.asarray(np.einsum("qf,jqf->jf", sides[0][i], sides[1][columns]))
 
 
 def decibels(bound: FloatArray, modulus: FloatArray) -> FloatArray:
@@ -192,7 +214,7 @@ def decibels(bound: FloatArray, modulus: FloatArray) -> FloatArray:
     share = np.divide(bound, modulus, out=np.full_like(bound, np.inf), where=modulus > 0)
     share[(bound == 0) & (modulus == 0)] = 0.0
     with np.errstate(divide="ignore"):
-        return np.asarray(-20 * np.log10(1 - share.clip(max=1.0)))
+        return np.asarray(-20 * np.log10(1 - share.clip(max=1.0)) + 0.0)  # no -0
 
 
 def bounded_frf(
@@ -206,7 +228,7 @@ def bounded_frf(
 
     Parameters
     ----------
-    parts : mapping of str to TruncatedPart, SecondOrderSystem or Frf
+    parts : mapping of str to TruncatedPart, ReducedPart, SecondOrderSystem or Frf
         Systems are complete; FRFs are receptances on the same lines, and taken as they are.
     joints : sequence of Joint
         As for `couple`, of one DoF each; none: a part's own FRFs.
@@ -231,19 +253,19 @@ def bounded_frf(
     with one_blas_thread():
         assembly = Assembly.of(parts, joints, axis, rows, columns)
         truncated, better = (Coupled.of(assembly, better) for better in (False, True))
-        kernel = _kernel_norm(assembly, better)
-        sizes, loss = _round_off(assembly, better)
+        kernel = _kernel_norm(assembly, better) * SURE
+        rounding, loss = _round_off(assembly, better)
         reason = np.zeros(axis.size, np.int8)
         reason[~(kernel < 1)] = Reason.JOINTS
         reason[~(loss < 1)] = Reason.ROUND_OFF
         for part in assembly.parts.values():
             if part.missing is not None:
                 reason[~np.isfinite(part.missing.radius)] = Reason.PART
-        norms = _norms(assembly, better)
+        unknown = _unknown(assembly, better, kernel)
         frf = _coupled_frf(assembly, truncated)
     return BoundedFrf(
         frf, read_only(reason), read_only(kernel), read_only(loss),
-        assembly, truncated, better, norms, sizes,
+        better, unknown, rounding,
     )  # fmt: skip
 
 
@@ -259,81 +281,91 @@ def _coupled_frf(assembly: Assembly, coupled: Coupled) -> Frf:
     )
 
 
-def _sum_of_products(sides: Sides, i: int, j: int) -> FloatArray:
-    """Return sum_q left_iq right_jq, shape (nf,) or (1,) if there are no parts."""
-    return sum((left[i] * right[j] for left, right in sides.values()), np.zeros(1))
+def _unknown(assembly: Assembly, coupled: Coupled, kernel: FloatArray) -> Sides:
+    """Return ||u_jq|| part by part, and ||u_j|| (k / (1 - k))^(1/2)."""
+    parts = [name for name, part in assembly.parts.items() if part.missing is not None]
+    weight = _geometric(kernel)
+
+    def side(forces: ComplexArray, responses: bool) -> FloatArray:
+        shares = np.empty((forces.shape[1], len(parts) + 1, kernel.size))
+        for q, name in enumerate(parts):
+            shares[:, q] = _squares(assembly, name, forces, responses)
+        np.sum(shares[:, :-1], axis=1, out=shares[:, -1])
+        np.sqrt(shares, out=shares)
+        shares[:, -1] *= weight
+        return shares
+
+    right = side(coupled.forces, False)
+    return (right if coupled.symmetric else side(coupled.reactions, True)), right
 
 
-def _norms(assembly: Assembly, coupled: Coupled) -> Sides:
-    """Return ||u_iq|| of the responses and ||u_jq|| of the excitations, part by part."""
-    found: Sides = {}
-    for name, part in assembly.parts.items():
-        if part.missing is not None:
-            right = _part_norms(assembly, name, part.missing, coupled.forces, False)
-            left = right
-            if not coupled.symmetric:
-                left = _part_norms(assembly, name, part.missing, coupled.reactions, True)
-            found[name] = left, right
-    return found
+def _geometric(ratio: FloatArray) -> FloatArray:
+    """Return (x / (1 - x))^(1/2), 0 where x is 1 or more and there is no bound."""
+    below = np.where(ratio < 1, ratio, 0.0)
+    return np.asarray(np.sqrt(below / (1 - below)))
 
 
-def _part_norms(
-    assembly: Assembly, name: str, missing: Missing, forces: ComplexArray, responses: bool
-) -> FloatArray:
-    ports = assembly.ports[name]
+def _squares(assembly: Assembly, name: str, forces: ComplexArray, responses: bool) -> FloatArray:
+    """Return ||u_jq||^2, shape (n, nf)."""
+    missing, ports = assembly.parts[name].missing, assembly.ports[name]
+    assert missing is not None
     at = dict(ports.responses if responses else ports.excitations)
     own = [at.get(place) for place in range(forces.shape[1])]
     squares = missing.squares(ports.row_ends, own, forces[list(ports.joints)])
-    return np.asarray(np.sqrt(missing.finite_radius * squares))
+    return np.asarray(missing.finite_radius * squares)
 
 
 def _kernel_norm(assembly: Assembly, coupled: Coupled) -> FloatArray:
     """Return k, shape (nf,)."""
-    weights = np.zeros_like(coupled.inverse)
+    weights: dict[tuple[int, int], NDArray[np.inexact]] = {}
     for name, part in assembly.parts.items():
         joints = assembly.ports[name].joints
         if part.missing is not None and joints:
             gram = part.missing.gram(assembly.ports[name].row_ends)
-            for at, k in enumerate(joints):
-                for there, other in enumerate(joints):
-                    weights[k, other] += part.missing.finite_radius * gram[at, there]
-    inner = product(product(weights, coupled.inverse), weights.conj())
-    square = (coupled.inverse.conj() * inner).real.sum(axis=(0, 1))
+            for (at, k), (there, other) in product(enumerate(joints), repeat=2):
+                own = part.missing.finite_radius * gram[at, there]
+                weights[k, other] = weights.get((k, other), 0.0) + own
+    inner, weighted = np.zeros_like(coupled.inverse), np.zeros_like(coupled.inverse)
+    for (i, j), weight in weights.items():
+        weighted[i] += weight * coupled.inverse[j]
+    for (i, j), weight in weights.items():
+        inner[:, j] += weighted[:, i] * weight.conj()
+    square = (coupled.inverse.real * inner.real + coupled.inverse.imag * inner.imag).sum(
+        axis=(0, 1)
+    )
     return np.asarray(np.sqrt(square.clip(min=0.0)))
 
 
 def _round_off(assembly: Assembly, coupled: Coupled) -> tuple[Sides, FloatArray]:
-    """Return r_iq of the responses and r_jq of the excitations, part by part, and l."""
+    """Return r_jq part by part and (sum_q r_jq) (l / (1 - l))^(1/2), times 2^(1/2), and l."""
     scale = coupled.scale
     root = np.sqrt(len(scale) * EPS)
     own = np.divide(root, scale, out=np.zeros_like(scale), where=scale > 0)
-    at_joints, found = np.zeros_like(scale), {}
-    forces = np.abs(coupled.forces)
-    reactions = forces if coupled.symmetric else np.abs(coupled.reactions)
+    at_joints, here = np.zeros_like(scale), {}
     for name, part in assembly.parts.items():
         ports, (of_rows, of_columns) = assembly.ports[name], part.sizes
         joints = list(ports.joints)
         (rows, signs), (columns, _) = ports.row_ends, ports.column_ends
-        here = own[joints] + np.abs(signs)[:, None] * np.maximum(
+        here[name] = own[joints] + np.abs(signs)[:, None] * np.maximum(
             of_rows[list(rows)], of_columns[list(columns)]
         )
-        np.add.at(at_joints, joints, here)
-        right = _weighted(forces, joints, here)
-        for place, at in ports.excitations:
-            right[place] += of_columns[at]
-        left = right
-        if not coupled.symmetric:
-            left = _weighted(reactions, joints, here)
-            for place, at in ports.responses:
-                left[place] += of_rows[at]
-        found[name] = left, right
+        np.add.at(at_joints, joints, here[name])
     loss = (np.abs(coupled.inverse) * at_joints[:, None] * at_joints).sum(axis=(0, 1))
-    return found, loss
+    weight = np.sqrt(2) * _geometric(loss)
 
+    def side(forces: ComplexArray, responses: bool) -> FloatArray:
+        size = np.sqrt(forces.real**2 + forces.imag**2)
+        shares = np.zeros((forces.shape[1], len(here) + 1, loss.size))
+        for q, (name, sizes) in enumerate(here.items()):
+            ports, of = assembly.ports[name], assembly.parts[name].sizes
+            for joint, at_joint in zip(ports.joints, sizes, strict=True):
+                shares[:, q] += size[joint] * at_joint
+            for place, at in ports.responses if responses else ports.excitations:
+                shares[place, q] += of[0 if responses else 1][at]
+        np.sum(shares[:, :-1], axis=1, out=shares[:, -1])
+        shares[:, :-1] *= np.sqrt(2)
+        shares[:, -1] *= weight
+        return shares
 
-def _weighted(forces: FloatArray, joints: Sequence[int], sizes: FloatArray) -> FloatArray:
-    """Return sum_k |lambda_kj| g_k over some joints, shape (n, nf)."""
-    total = np.zeros(forces.shape[1:])
-    for joint, size in zip(joints, sizes, strict=True):
-        total += forces[joint] * size
-    return total
+    right = side(coupled.forces, False)
+    return ((right if coupled.symmetric else side(coupled.reactions, True)), right), loss

@@ -94,6 +94,8 @@ def rayleigh_coefficients(system: SecondOrderSystem) -> tuple[float, float] | No
     Least squares over the entries, each divided by sqrt(C_ii C_jj); the sum must meet every one
     within `PROPORTIONAL_TOLERANCE`.
     """
+    if not system.damping.any():
+        return 0.0, 0.0
     damped = np.diag(system.damping) != 0
     if (system.damping[~damped] != 0).any() or (system.damping[:, ~damped] != 0).any():
         return None

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._kernels.checks import ComplexArray, FloatArray, read_only
+from ._kernels.checks import ComplexArray, FloatArray
 from ._kernels.door import door
 from ._kernels.elimination import EPS, Enclosure
 from ._kernels.weighted_sum import Gains, WeightedSum
@@ -29,11 +29,9 @@ from .undamped_modes import RealModes, real_modes, require_own
 
 __all__ = [
     "ComplexModes",
-    "Poles",
     "RealModes",
     "complex_modes",
     "modal_frf",
-    "poles",
     "real_modes",
 ]
 
@@ -93,14 +91,30 @@ def modal_frf(
         real = given
     damping = modal_damping(real, system.damping)
     if residuals or is_proportional(damping):
-        terms = [_modal_terms(real, np.diag(damping), system.loss_factor, target)]
-        if residuals:
-            terms.append(_residual_terms(residuals, system, target))
-        origin: Origin = SystemOrigin.of(system)
-        if residuals or real.angular_frequency.size < len(system.dofs):
-            origin = _Truncation(SystemOrigin.of(system), real, damping, residuals)
-        return _sum(terms, target, all(_is_symmetric(r) for r in residuals), origin)
+        return real_sum(real, np.diag(damping), residuals, system, target)
     return _complex_sum(complex_modes(system, real), system, target)
+
+
+def real_sum(
+    real: RealModes,
+    friction: FloatArray,
+    residuals: tuple[FloatArray, ...],
+    system: SecondOrderSystem,
+    target: Target,
+) -> Frf:
+    """Sum modes of a system with Phi^T C Phi = diag(friction), and residuals of the others.
+
+    Raises
+    ------
+    SingularLineError
+    """
+    terms = [_modal_terms(real, friction, system.loss_factor, target)]
+    if residuals:
+        terms.append(_residual_terms(residuals, system, target))
+    origin: Origin = SystemOrigin.of(system)
+    if residuals or real.angular_frequency.size < len(system.dofs):
+        origin = _Truncation(SystemOrigin.of(system), real, friction, residuals)
+    return _sum(terms, target, all(_is_symmetric(r) for r in residuals), origin)
 
 
 def _require_convergence(axis: FloatArray, limit: float) -> None:
@@ -122,17 +136,17 @@ class _Truncation:
 
     of: SystemOrigin
     modes: RealModes
-    damping: FloatArray
+    friction: FloatArray
     residuals: tuple[FloatArray, ...]
 
     def renamed(self, names: Mapping[str, str]) -> _Truncation:
-        return _Truncation(self.of.renamed(names), self.modes, self.damping, self.residuals)
+        return _Truncation(self.of.renamed(names), self.modes, self.friction, self.residuals)
 
     def enclose(self, frf: Frf) -> Enclosure:
         left, right = (np.abs(self.of.ports(some)) for some in (frf.responses, frf.excitations))
         shapes, wr = np.abs(self.modes.shapes), self.modes.angular_frequency[:, None]
         w, gamma = frf.omega, (len(shapes) + len(self.residuals) + 8) * EPS
-        loss = self.of.system.loss_factor * wr**2 + np.diag(self.damping)[:, None] * w
+        loss = self.of.system.loss_factor * wr**2 + self.friction[:, None] * w
         distance = np.abs((wr - w) * (wr + w) + 1j * loss)
         gain = (1 + (wr**2 + w**2) / distance) / distance
         bound = np.einsum("ir,jr,rk->kij", left @ shapes, right @ shapes, gain, optimize=True)
@@ -372,77 +386,3 @@ def _pole_tolerance(n: int) -> float:
 
 def _is_symmetric(matrix: FloatArray) -> bool:
     return np.array_equal(matrix, matrix.T)
-
-
-@dataclass(frozen=True, eq=False)
-class Poles:
-    """Poles s of a system: one of every conjugate pair (Im s > 0), and every real one.
-
-    A rigid-body mode that nothing damps has a double pole at 0, which counts as one pair.
-
-    Parameters
-    ----------
-    values : complex array, shape (n,), rad/s
-        By ascending modulus.
-    """
-
-    values: ComplexArray
-
-    @property
-    def natural_frequencies(self) -> FloatArray:
-        """|s| / (2 pi), Hz."""
-        frequency: FloatArray = np.abs(self.values) / (2 * np.pi)
-        return frequency
-
-    @property
-    def damping_ratios(self) -> FloatArray:
-        """-Re s / |s|; 0 for a pole at 0."""
-        modulus = np.abs(self.values)
-        return np.divide(-self.values.real, modulus, out=np.zeros_like(modulus), where=modulus > 0)
-
-
-@door
-def poles(system: SecondOrderSystem) -> Poles:
-    """Return the roots s of det(s^2 M + s C + K (1 + j eta)) = 0.
-
-    Undamped and proportional systems: s = -g/2 +- sqrt(g^2/4 - w_r^2 (1 + j eta)) mode by mode,
-    without cancellation; others from `complex_modes`. With a loss factor alone
-    s = j w_r sqrt(1 + j eta): |s| = w_r (1 + eta^2)^(1/4), and the damping ratio is
-    sin(atan(eta) / 2), about eta / 2. Its counterpart -s would grow; it stands for negative
-    frequencies, which the loss factor does not describe, and is no pole of the structure.
-
-    Raises
-    ------
-    FbsError
-        A loss factor together with viscous damping that is not proportional: the roots do not
-        come in pairs, and which of them stand for positive frequencies is not defined.
-    DefectiveModesError, IndefiniteStiffnessError, IndefiniteMassError
-    """
-    real = real_modes(system)
-    damping = modal_damping(real, system.damping)
-    if is_proportional(damping):
-        roots = _proportional_poles(real.angular_frequency, np.diag(damping), system.loss_factor)
-    elif system.loss_factor:
-        raise FbsError(
-            "a loss factor together with viscous damping that is not proportional has no poles of "
-            "positive frequency alone; all roots are in complex_modes(system).poles"
-        )
-    else:
-        every = complex_modes(system, real)
-        # each rigid-body coordinate that is damped has the pole 0 besides the one in `every`
-        hidden = real.n_rigid - int((every.poles == 0).sum())
-        roots = np.concatenate([np.zeros(hidden), every.poles])
-        roots = roots[roots.imag >= 0]
-    return Poles(read_only(roots[np.argsort(np.abs(roots), kind="stable")]))
-
-
-def _proportional_poles(omega: FloatArray, damping: FloatArray, loss_factor: float) -> ComplexArray:
-    half, loss = damping / 2, 1j * loss_factor * omega**2
-    under = np.abs(half) < omega
-    square = (omega - half) * (omega + half) + loss  # of the damped frequency
-    pairs = -half[under] + 1j * np.sqrt(square[under])
-    still = omega + np.abs(half) == 0
-    over = ~under & ~still
-    far = -half[over] - np.copysign(1.0, half[over]) * np.sqrt(-square[over])
-    near = (omega[over] ** 2 + loss[over]) / far
-    return np.concatenate([np.zeros(still.sum()), pairs, far, near]).astype(complex)

@@ -22,6 +22,9 @@ from .undamped_modes import RealModes, real_modes
 Pair = tuple[str, str]
 """Response and excitation."""
 
+SLACK = 2.0
+"""How many times the bound of the complete parts may be where that is beyond the tolerance."""
+
 
 @dataclass(frozen=True)
 class Tolerance:
@@ -96,9 +99,11 @@ class SmallestBasis:
     bounded : BoundedFrf
         The FRFs asked for, and their bounds.
     error : float
-        Largest error that the bounds allow where the tolerance can be met, in its unit.
+        Largest error that the bounds allow where the tolerance can be met, in its unit; infinite
+        where it can nowhere.
     unreachable : array of bool, shape (n_pair, nf)
-        Where it cannot, round-off of the complete parts being more.
+        Where it cannot, round-off of the complete parts being more: their bound times `SLACK` is
+        kept to there.
     """
 
     parts: Mapping[str, Part]
@@ -199,6 +204,7 @@ class _Search:
     axis: FloatArray
     tolerance: Tolerance
     unreachable: NDArray[np.bool_] = field(init=False)
+    room: FloatArray = field(init=False)
     hard: list[int] = field(default_factory=list)
     parts: dict[tuple[str, int, int], TruncatedPart] = field(default_factory=dict)
 
@@ -226,7 +232,9 @@ class _Search:
 
     def run(self) -> SmallestBasis:
         whole = {name: (len(own.steps), own.highest) for name, own in self.ladders.items()}
-        self.unreachable = self.tolerance.used(self._bounded(whole), self.pairs) > 1
+        complete = self.tolerance.used(self._bounded(whole), self.pairs)
+        self.unreachable = complete > 1
+        self.room = np.where(self.unreachable, SLACK * complete, 1.0)
         basis = {name: (self._alone(whole, name), whole[name][1]) for name in whole}
         basis = self._raised(basis, whole)
         for name in basis:
@@ -234,14 +242,14 @@ class _Search:
         for name in basis:
             basis = self._lowered(basis, name, 1, -1)
         found = self._bounded(basis)
-        share = np.where(self.unreachable, 0.0, self.tolerance.used(found, self.pairs))
+        share = self.tolerance.used(found, self.pairs)[~self.unreachable]
         return SmallestBasis(
             {**self.given, **{name: self._part(name, *chosen) for name, chosen in basis.items()}},
             {name: self.ladders[name].steps[:count] for name, (count, _) in basis.items()},
             {name: own.steps for name, own in self.ladders.items()},
             {name: None if order < 0 else order for name, (_, order) in basis.items()},
             found,
-            self.tolerance.error(float(share.max())),
+            self.tolerance.error(float(share.max())) if share.size else np.inf,
             read_only(self.unreachable),
         )
 
@@ -278,7 +286,7 @@ class _Search:
         return basis
 
     def _meets(self, basis: Basis) -> bool:
-        """Whether a basis meets the tolerance, at the hardest lines known and then at all."""
+        """Whether a basis meets what is allowed, at the hardest lines known and then at all."""
         if self.hard and self._worst(basis, self.hard) > 1:
             return False
         share = self._shares(basis, None)
@@ -292,13 +300,14 @@ class _Search:
         return float(self._shares(basis, lines).max())
 
     def _shares(self, basis: Basis, lines: list[int] | None) -> FloatArray:
-        """Return the largest share of the tolerance that any FRF takes, per line."""
+        """Return the largest share of what is allowed that any FRF takes, per line."""
         try:
             share = self.tolerance.used(self._bounded(basis, lines), self.pairs)
         except SingularLineError:  # this basis has a pole on a line
             return np.full(self.axis.size if lines is None else len(lines), np.inf)
-        beyond = self.unreachable if lines is None else self.unreachable[:, lines]
-        return np.asarray(np.where(beyond, 0.0, share).max(axis=0))
+        room = self.room if lines is None else self.room[:, lines]
+        lost = np.isinf(room)  # not even complete parts have a bound
+        return np.asarray(np.where(lost, 0.0, share / np.where(lost, 1.0, room)).max(axis=0))
 
     def _bounded(self, basis: Basis, lines: list[int] | None = None) -> BoundedFrf:
         chosen = slice(None) if lines is None else lines

@@ -60,7 +60,7 @@ Round-off
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -68,9 +68,10 @@ from numpy.typing import NDArray
 
 from ._kernels.checks import ComplexArray, FloatArray
 from ._kernels.elimination import EPS
+from ._systems import Target
 from .damped_modes import modal_damping
-from .frf import Frf
-from .modal_synthesis import modal_frf
+from .frf import Frf, Quantity
+from .modal_synthesis import real_sum
 from .modal_truncation import LeftOut, TruncatedModes
 from .second_order_system import SecondOrderSystem
 
@@ -108,6 +109,11 @@ class Missing:
     known: Known
     radius: FloatArray
     vectors: NDArray[np.inexact]
+
+    @classmethod
+    def given(cls, known: ComplexArray, radius: FloatArray, vectors: ComplexArray) -> Missing:
+        """Take what is known as it is, shape (n_port, n_port, nf)."""
+        return cls(lambda rows, columns: np.asarray(known[np.ix_(rows, columns)]), radius, vectors)
 
     @property
     def finite_radius(self) -> FloatArray:
@@ -242,13 +248,17 @@ def rayleigh_part(
     index, factor = system.locate(ports)
     heard = moving(left_out.shapes, index)
     left, squares = left_out.shapes[:, heard], left_out.squares[heard]
-    # where the series diverges the bound says so, and of silent modes it is none
-    unlimited = replace(modes, series_limit=np.inf)
-    frf = modal_frf(system, axis, ports, ports, modes=unlimited)
+    kept = modes.kept
+    friction = np.diag(modal_damping(kept, system.damping))
+    target = Target.of(system, axis, ports, ports, Quantity.RECEPTANCE)
+    # where the series of residuals diverges the bound says so, and of silent modes it is none
+    frf = real_sum(kept, friction, modes.residuals, system, target)
     omega, (alpha, beta) = frf.omega, coefficients
     mu, v = 1 + 1j * (system.loss_factor + omega * beta), omega**2 - 1j * omega * alpha
     order = len(modes.residuals)
-    power = (v / mu) ** order
+    power = np.ones_like(v)
+    for _ in range(order):
+        power *= v / mu
     longest = float(squares.max(initial=0.0)) * SURE
     weighted = left[index] * factor[:, None] * squares ** (order / 2)
     middle = enclosed(mu, v, longest)
@@ -257,17 +267,28 @@ def rayleigh_part(
         np.where(np.isfinite(middle.radius), middle.radius * np.abs(power), np.inf),
         np.linalg.qr(weighted.T)[1],
     )
-    kept = modes.kept
-    loads = np.abs(kept.shapes[index] * factor[:, None]) * _loads(system, kept.shapes)
-    of_left = (np.abs(left[index] * factor[:, None]) * _loads(system, left)).sum(axis=2)
-    square, friction = kept.angular_frequency**2, np.diag(modal_damping(kept, system.damping))
-    distance = np.hypot(
-        square[:, None] - omega**2, friction[:, None] * omega + system.loss_factor * square[:, None]
-    )
-    of_stiffness, of_mass = loads @ (1 / distance) + of_left[:, :, None] * middle.largest
+    of_kept = np.abs(kept.shapes[index] * factor[:, None]) * loads(system, kept.shapes)[:, None]
+    of_left = (np.abs(left[index] * factor[:, None]) * loads(system, left)[:, None]).sum(axis=2)
+    nearness = _nearness(kept.angular_frequency**2, friction, system.loss_factor, omega)
+    of_stiffness, of_mass = of_kept @ nearness + of_left[:, :, None] * middle.largest
     total = np.sqrt(np.abs(mu)) * of_stiffness + np.sqrt(np.abs(v)) * of_mass
-    total *= np.sqrt(len(system.dofs) * (4 * EPS + _misfit(system, coefficients)))
+    total *= np.sqrt(len(system.dofs) * (4 * EPS + misfit(system, coefficients)))
     return PartLines(frf, (total, total), missing)
+
+
+def _nearness(
+    square: FloatArray, friction: FloatArray, loss_factor: float, omega: FloatArray
+) -> FloatArray:
+    """Return what 1 / |mu w_r^2 - v| is at most, 2^(1/2) / (|Re| + |Im|), shape (n, nf).
+
+    On a pole 0: only of a mode that moves nothing asked for, whose share is 0.
+    """
+    found = square[:, None] - omega**2
+    np.abs(found, out=found)
+    found += loss_factor * square[:, None]
+    if friction.any():
+        found += friction[:, None] * omega
+    return np.divide(np.sqrt(2), found, out=found, where=found > 0)
 
 
 def _series(
@@ -296,30 +317,52 @@ def enclosed(
     mu: NDArray[np.complexfloating], v: NDArray[np.complexfloating], longest: float
 ) -> Enclosure:
     """Enclose g(t) = 1 / (mu - v t), 0 <= t <= `longest`; see the module."""
-    end, size, half = mu - v * longest, np.abs(v), v * longest / 2
-    direction = v / np.where(size > 0, size, 1.0)
-    foot = 1j * (mu * direction.conj()).imag * direction
-    along = (mu * direction.conj()).real  # |v| times the t at which mu - v t is nearest to 0
+    half, end, size = v * (longest / 2), mu - v * longest, np.abs(v) ** 2
+    across = mu * v.conj()
+    along = across.real  # |v|^2 times the t at which mu - v t is nearest to 0
     beside = (along > 0) & (along < longest * size)
+    # exactly 0 where the segment runs through 0, as undamped from the first left-out mode on
+    foot = 1j * across.imag * np.divide(v, size, out=np.zeros_like(across), where=size > 0)
     nearest = np.where(beside, np.abs(foot), np.minimum(np.abs(mu), np.abs(end)))
-    whole = (mu * end.conj()).real <= 0  # more than a semicircle
     lost = nearest == 0
     root = np.sqrt(mu * end)  # h s
     root *= np.where(((mu - half).conj() * root).real < 0, -1, 1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        chord = np.abs(half) / (np.abs(mu) * np.abs(end))
-        disc = np.where(whole, 1 / (2 * np.abs(foot)), chord)
-        centre = np.where(whole, 1 / (2 * foot), (1 / mu + 1 / end) / 2)
         tau = half / (mu - half + root)  # 1 / (zeta + s)
-        series = 2 / np.abs(root) * np.abs(tau) ** (DEGREE + 1) / (1 - np.abs(tau))
-        better = (np.abs(tau) < 1) & (series < disc)
-        coefficients = np.where(better, 2 / root, 0) * tau ** np.arange(DEGREE + 1)[:, None]
+        decay = np.abs(tau)
+        coefficients = np.empty((DEGREE + 1, v.size), complex)
+        coefficients[0] = 2 / root
+        for k in range(DEGREE):
+            coefficients[k + 1] = coefficients[k] * tau
+        radius = np.abs(coefficients[-1]) * decay / (1 - decay)
+        coefficients[0] /= 2
         largest = 1 / nearest
-    coefficients[0] = np.where(better, coefficients[0] / 2, centre)
-    coefficients[1:, ~better] = 0.0
+        # a disc is half the width |v| t_c / (2 |z_0 z_1|) of the arc at least
+        worse = ~((decay < 1) & (radius <= np.abs(half) / np.abs(root) ** 2))
+    coefficients[:, worse], radius[worse] = _of_disc(
+        (mu[worse], end[worse], foot[worse]), coefficients[:, worse], radius[worse], decay[worse]
+    )
     coefficients[:, lost] = 0.0
-    radius = np.where(lost, np.inf, np.where(better, series, disc))
+    radius[lost] = np.inf
     return Enclosure(coefficients, radius, np.where(lost, 0.0, largest))
+
+
+def _of_disc(
+    segment: tuple[ComplexArray, ComplexArray, ComplexArray],
+    coefficients: ComplexArray,
+    radius: FloatArray,
+    decay: FloatArray,
+) -> tuple[ComplexArray, FloatArray]:
+    """Take the disc where it is smaller; z_0, z_1 and their line's point nearest to 0."""
+    start, end, foot = segment
+    with np.errstate(divide="ignore", invalid="ignore"):
+        whole = (start * end.conj()).real <= 0  # more than a semicircle
+        centre = np.where(whole, 1 / (2 * foot), (1 / start + 1 / end) / 2)
+        disc = np.where(whole, np.abs(centre), np.abs(start - end) / (2 * np.abs(start * end)))
+        better = ~((decay < 1) & (radius < disc))
+    found = np.where(better, 0.0, coefficients)
+    found[0, better] = centre[better]
+    return found, np.where(better, disc, radius)
 
 
 def _moments(weighted: FloatArray, squares: FloatArray, longest: float) -> FloatArray:
@@ -348,19 +391,24 @@ def real_product(matrix: FloatArray, vectors: ComplexArray) -> ComplexArray:
     return np.asarray((matrix @ flat).view(complex)).reshape(len(matrix), *shape)
 
 
+def bilinear(left: ComplexArray, right: ComplexArray) -> ComplexArray:
+    """Return a_i^T b_j, shape (n, n, nf), of vectors (m, n, nf)."""
+    return np.asarray(np.einsum("mif,mjf->ijf", left, right))
+
+
 def moving(shapes: FloatArray, index: Sequence[int]) -> NDArray[np.bool_]:
     """Whether each mode (column) moves one of some DoFs by more than round-off of its shape."""
     limit = 16 * len(shapes) * EPS * np.abs(shapes).max(axis=0, initial=0.0)
     return np.asarray(np.abs(shapes[index]).max(axis=0, initial=0.0) > limit)
 
 
-def _loads(system: SecondOrderSystem, shapes: FloatArray) -> FloatArray:
-    """Return || diag(K)^(1/2) phi || and || diag(M)^(1/2) phi ||, shape (2, 1, n)."""
+def loads(system: SecondOrderSystem, shapes: FloatArray) -> FloatArray:
+    """Return || diag(K)^(1/2) phi || and || diag(M)^(1/2) phi ||, shape (2, n)."""
     weights = np.array([np.diag(system.stiffness), np.diag(system.mass)])
-    return np.asarray(np.sqrt(weights @ shapes**2)[:, None])
+    return np.asarray(np.sqrt(weights @ shapes**2))
 
 
-def _misfit(system: SecondOrderSystem, coefficients: tuple[float, float]) -> float:
+def misfit(system: SecondOrderSystem, coefficients: tuple[float, float]) -> float:
     """Return the largest |C - alpha M - beta K| / sqrt(C_ii C_jj)."""
     alpha, beta = coefficients
     root = np.sqrt(np.abs(np.diag(system.damping)))

@@ -36,7 +36,6 @@ Residuals are not added: with C = alpha M + beta K alone they are a series in w.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -49,7 +48,7 @@ from .errors import undamped_pole
 from .frf import Frf
 from .modal_truncation import LeftOut
 from .second_order_system import SecondOrderSystem
-from .truncation_bound import SURE, Missing, PartLines, real_product
+from .truncation_bound import SURE, Missing, PartLines, bilinear, real_product
 from .undamped_modes import RealModes
 
 
@@ -96,16 +95,14 @@ def viscous_part(
     settled = delta > 0
     delta = np.where(settled, delta, 1.0)
     radius = (omega**2 * longest + omega * friction) / (delta * abs(mu))
-    known = np.where(settled, (_gram(vectors, vectors + small) + _gram(small, small)) / mu, 0.0)
-    missing = Missing(partial(_chosen, known), np.where(settled, radius, np.inf), small)
+    known = np.where(
+        settled, (bilinear(vectors, vectors + small) + bilinear(small, small)) / mu, 0.0
+    )
+    missing = Missing.given(known, np.where(settled, radius, np.inf), small)
     beyond = np.linalg.norm(vectors, axis=0) / delta
     sizes = _sizes(system, omega, real_product(kept.shapes, amplitudes), left, beyond)
     receptance = real_product(at_ports.T, amplitudes).transpose(2, 0, 1)
     return PartLines(Frf(axis, receptance, tuple(ports), tuple(ports)), (sizes, sizes), missing)
-
-
-def _chosen(known: ComplexArray, rows: Sequence[int], columns: Sequence[int]) -> ComplexArray:
-    return np.asarray(known[np.ix_(rows, columns)])
 
 
 def _sizes(
@@ -139,8 +136,3 @@ def _solver(
     return lambda right: np.ascontiguousarray(
         (inverse @ right.transpose(2, 0, 1)).transpose(1, 2, 0)
     )
-
-
-def _gram(left: ComplexArray, right: ComplexArray) -> ComplexArray:
-    """Return a_i^T b_j."""
-    return np.asarray(np.einsum("mif,mjf->ijf", left, right))

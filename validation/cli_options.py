@@ -309,3 +309,20 @@ Reverse = Annotated[
         help="Run again with the forces reversed: FRFs without geometry's even-order share.",
     ),
 ]
+
+# crosscheck explain
+Theirs = Annotated[
+    Path,
+    typer.Argument(
+        metavar="THEIRS",
+        help="Another result of it: FRFs (.uff, .npz, .csv, .mat), natural frequencies (.txt, "
+        ".csv), or M, C, K (.npz, .mat, a folder of .mtx).",
+    ),
+]
+Only = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="PATTERN",
+        help="Parameters that may be wrong, as 'reducer.*'; may be repeated (default: all).",
+    ),
+]

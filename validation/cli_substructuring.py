@@ -1,4 +1,4 @@
-"""The command line of substructuring: truncate, reduce, couple, decouple, identify."""
+"""The command line of substructuring (truncate, reduce, couple, decouple, identify) and explain."""
 
 from __future__ import annotations
 
@@ -24,12 +24,14 @@ from .cli_options import (
     JointFile,
     JointOf,
     Model,
+    Only,
     Ports,
     Rank,
     ReducedSystem,
     ReductionBand,
     ResultFile,
     Sizes,
+    Theirs,
     Tikhonov,
     TruncatedStages,
     TruncationBand,
@@ -129,6 +131,50 @@ def identify(
     )
 
 
+def explain(
+    model: Model,
+    theirs: Theirs,
+    ours: Annotated[
+        Path | None, typer.Option(help="A file of our FRFs in place of the model's own.")
+    ] = None,
+    stage: Annotated[
+        str | None,
+        typer.Option(help="The stage or inertia alone whose result it is, with its half hubs."),
+    ] = None,
+    only: Only = None,
+    quantity: FileQuantity = None,
+    unit: FileUnit = None,
+    test_run: FileRun = None,
+    channel_map: FileMap = None,
+    noise: Annotated[
+        str | None,
+        typer.Option(metavar="1%", help="Of natural frequencies, one standard deviation."),
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Where explanation.html goes.")] = Path(
+        "crosscheck-explanation"
+    ),
+) -> None:
+    """Say which change of the model, or which slip, makes THEIRS and ours equal.
+
+    Exit code 1 if nothing does.
+    """
+    from .checks.part_uncertainty import parse_noise
+    from .explanation.command import run_command
+    from .routes.frf_input import file_options
+
+    result = run_command(
+        model,
+        theirs,
+        out,
+        ours=ours,
+        stage=stage,
+        only=only or (),
+        options=file_options(quantity, unit, test_run, channel_map),
+        noise=parse_noise(noise),
+    )
+    end(result.agrees)
+
+
 def truncate(
     model: Model = "paper",
     stage: TruncatedStages = None,
@@ -197,6 +243,7 @@ def end(agrees: bool) -> None:
 
 
 EXAMPLES: Mapping[Callable[..., None], str] = {
+    explain: "explain gearbox.toml measured.uff --map map.toml",
     truncate: "truncate gearbox.toml --tolerance 0.1dB",
     reduce: "reduce gearbox.toml --stage planetary --tolerance 0.1dB",
     couple: "couple gearbox.uff brake.uff --at out.w=in.w --joint 1e6,10",

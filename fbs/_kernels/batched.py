@@ -26,7 +26,8 @@ def solve(matrices: Batch, right: Batch) -> tuple[Batch, NDArray[np.bool_]]:
     """
     if matrices.shape[1:] == (1, 1):  # a division: LAPACK's calls would take ten times as long
         solution = np.full((len(matrices), *right.shape), np.nan, dtype=matrices.dtype)
-        np.divide(right, matrices, out=solution, where=matrices != 0)
+        with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused later
+            np.divide(right, matrices, out=solution, where=matrices != 0)
         return solution, (matrices == 0)[:, 0, 0]
     singular = np.zeros(len(matrices), dtype=bool)
     try:

@@ -87,11 +87,19 @@ def _require(value: Any, kind: Any, what: str) -> None:
         _require_many(value, kind, what)
     elif inspect.isclass(get_origin(kind)):
         _refuse_unless(isinstance(value, get_origin(kind)), value, f"of type {kind}", what)
-    elif inspect.isclass(kind) and not getattr(kind, "_is_protocol", False):
+    elif _is_class(kind):
         _refuse_unless(isinstance(value, kind), value, f"of type {kind.__name__}", what)
 
 
+def _is_class(kind: Any) -> bool:
+    """Whether being an instance of it is all there is to check."""
+    protocol = getattr(kind, "_is_protocol", False)
+    return inspect.isclass(kind) and kind not in _SCALARS and not protocol
+
+
 def _require_any(value: Any, kinds: tuple[Any, ...], what: str) -> None:
+    if isinstance(value, tuple(kind for kind in kinds if _is_class(kind))):
+        return  # before anything is tried in vain: its message would print whole arrays
     messages = []
     for kind in kinds:
         try:

@@ -1,9 +1,9 @@
-"""Arrays in MATLAB files: version 5 to 7, and 7.3 (HDF5) through h5py where that is installed.
+"""Arrays in MATLAB files: version 5 to 7, and 7.3 (HDF5) where h5py is installed.
 
 Version 5 is written by scipy and read here, element by element: scipy's reader ends the whole
 program at some damaged files. What headers claim is held against the bytes that are there,
-compressed ones are unpacked piece by piece and counted. Only numbers, text and cells of text are
-read; objects, functions and links to other files are refused.
+compressed ones are unpacked piece by piece and counted. Version 7.3 is read by `hdf5`. Only
+numbers, text and cells of text are read; objects, functions and links to other files are refused.
 
 Format: MATLAB, MAT-File Format (MathWorks).
 """
@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import FbsError
+from .hdf5 import read_hdf5
 from .untrusted import open_plain, read_plain, require_packed, require_values
 
 HDF5 = b"\x89HDF\r\n\x1a\n"
@@ -74,7 +75,7 @@ def read_mat(path: Path, needed: Kinds, more: Iterable[str] = ()) -> Arrays:
     with open_plain(path) as file:
         head = file.read(USER_BLOCK + len(HDF5))
     is_hdf5 = head.startswith(HDF5) or head[USER_BLOCK:] == HDF5
-    arrays = (_read_hdf5 if is_hdf5 else _read_v5)(path, [*needed, *more])
+    arrays = (read_hdf5 if is_hdf5 else _read_v5)(path, [*needed, *more])
     missing = [name for name in needed if name not in arrays]
     if missing:
         raise FbsError(
@@ -208,60 +209,3 @@ def _element(content: Any, at: int, order: str) -> tuple[int, Any, int]:
     if end > len(content):
         raise FbsError("the file is cut short")
     return kind, content[at + 8 : end], end if kind == COMPRESSED else end + (-size) % 8
-
-
-# --- version 7.3 -------------------------------------------------------------------------------
-
-
-def _read_hdf5(path: Path, names: list[str]) -> Arrays:
-    try:
-        import h5py
-    except ImportError:
-        raise FbsError("it is of MATLAB 7.3; to read it install h5py (the extra 'files')") from None
-    try:
-        with h5py.File(path, "r") as file:
-            return {name: _dataset(h5py, file, name) for name in names if name in file}
-    except (OSError, RuntimeError, KeyError) as error:
-        raise FbsError(f"the file is damaged ({error})") from error
-
-
-def _dataset(h5py: Any, file: Any, name: str) -> NDArray[Any]:
-    if not isinstance(file.get(name, getlink=True), h5py.HardLink):
-        raise FbsError(f"the variable {name} is a link to somewhere else")
-    dataset = file[name]
-    _require_stored(h5py, dataset, name)
-    if dataset.dtype == h5py.ref_dtype:
-        return np.array(list(_referred(h5py, file, dataset, name)))
-    values = dataset[()]
-    if values.dtype.names == ("real", "imag"):
-        values = values["real"] + 1j * values["imag"]
-    if "MATLAB_class" in dataset.attrs and bytes(dataset.attrs["MATLAB_class"]) == b"char":
-        return np.array([_characters(values)])
-    return np.asarray(values.T)  # MATLAB stores columns first
-
-
-def _referred(h5py: Any, file: Any, dataset: Any, name: str) -> Iterator[str]:
-    for reference in dataset[()].ravel():
-        cell = file[reference]
-        _require_stored(h5py, cell, name)
-        if cell.dtype.kind != "u":
-            raise FbsError(f"the variable {name} is a cell array of other things than text")
-        yield _characters(cell[()])
-
-
-def _characters(codes: NDArray[Any]) -> str:
-    return "".join(map(chr, codes.ravel().tolist()))
-
-
-def _require_stored(h5py: Any, dataset: Any, name: str) -> None:
-    """Refuse what is no array of this file, or larger than the bytes that are stored explain."""
-    if not isinstance(dataset, h5py.Dataset) or dataset.is_virtual or dataset.external:
-        raise FbsError(f"the variable {name} is no array of this file")
-    size = dataset.size * dataset.dtype.itemsize
-    stored = dataset.id.get_storage_size()
-    require_packed(stored, size, f"the variable {name}")
-    if size > 1100 * stored:  # deflate packs 1032 to 1 at most: the rest would be filled in
-        raise FbsError(
-            f"the variable {name} announces {dataset.size} values, of which {stored} bytes are "
-            "stored"
-        )

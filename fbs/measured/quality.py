@@ -113,6 +113,8 @@ def quality(
 ) -> Quality:
     """Judge FRFs as those of a passive, reciprocal structure.
 
+    DoFs whose drive points are zero (see `zeros`) are left out.
+
     Parameters
     ----------
     frf : Frf
@@ -127,7 +129,8 @@ def quality(
     """
     kept = frf.frequency > 0
     mobility = frf.band(np.nextafter(0, 1)).to("mobility")
-    square, axis = frf_square(mobility), mobility.frequency
+    still, axis = zeros(mobility), mobility.frequency
+    square = tuple(label for label in frf_square(mobility) if (label, label) not in still)
     known = None if coherence is None else coherence[kept]
     ratios = _rigid_ratios(mobility, {k: v[kept] for k, v in (rigid or {}).items()})
     pairs = reciprocity_defect(mobility, square) if len(square) > 1 else None
@@ -186,6 +189,15 @@ def rigid_accelerance(
             found[label] = np.full(frequency.size, np.nan)
             found[label][np.flatnonzero(low)[near]] = expected
     return found
+
+
+def zeros(frf: Frf) -> tuple[tuple[str, str], ...]:
+    """Return response and excitation of the FRFs that are zero at every line.
+
+    Such is a dead channel, unless symmetry lets nothing pass.
+    """
+    still = ~frf.values.any(axis=0)
+    return tuple((frf.responses[i], frf.excitations[j]) for i, j in np.argwhere(still))
 
 
 def reciprocity_defect(frf: Frf, labels: Sequence[str]) -> FloatArray:

@@ -61,9 +61,19 @@ def load(model: str | Path) -> Drivetrain:
     ModelError
         If there is neither, or if the file does not describe a drivetrain.
     """
-    if str(model) in preset_names():
-        return loads(template(str(model)), origin=f"preset {model}")
-    return loads(_read(Path(model)), origin=str(model))
+    origin = f"preset {model}" if str(model) in preset_names() else str(model)
+    return loads(model_text(model), origin=origin)
+
+
+def model_text(model: str | Path) -> str:
+    """The text of a preset, or of a model file.
+
+    Raises
+    ------
+    ModelError
+        There is neither.
+    """
+    return template(str(model)) if str(model) in preset_names() else _read(Path(model))
 
 
 def loads(text: str, origin: str = "<string>") -> Drivetrain:

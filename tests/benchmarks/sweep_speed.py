@@ -29,10 +29,11 @@ from fbs._kernels.blas_threads import one_blas_thread
 from mbs_models.model.model_file import load
 from mbs_models.model.parameters import Drivetrain
 from validation.routes.bands import Band
+from validation.routes.model_parameters import changed, model_data, steps_to
 from validation.routes.source import equations_source
 from validation.runtime.executors import process_pool
 from validation.sweep.files import write_sweep
-from validation.sweep.parameters import Samples, changed, model_data, samples_of, steps_to
+from validation.sweep.parameters import Samples, samples_of
 from validation.sweep.pieces import Pieces
 from validation.sweep.plan import SampleResults, SweepPlan, sweep_plan
 from validation.sweep.result import SweepResult

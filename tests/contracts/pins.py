@@ -162,6 +162,13 @@ PINS: Mapping[str, Pin] = {
             " --executor serial --out {out}",
         )
     ),
+    "explain": Pin(
+        (
+            "frf {soft} --response pair.pinion.w,pair.wheel.y --excitation pair.pinion.w"
+            " --fmin 40 --fmax 4000 --df 40 --output {aside}/theirs.npz",
+            "explain {models}/pair.toml {aside}/theirs.npz --out {out}",
+        )
+    ),
     "truncate": Pin(
         ("truncate {models}/pair.toml --band 40:4000:40 --tolerance 0.1dB --out {out}",)
     ),

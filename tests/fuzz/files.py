@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from fbs import Quantity, Record, read_uff
+from fbs.files.frf_files import read_frf
 from fbs.files.record_files import read_record, write_record
 from mbs_models.model.model_file import load
 from validation.routes.substitution import read_substitutions
@@ -50,6 +51,31 @@ def _frf_files() -> Mapping[str, bytes]:
 def _frf_arrays() -> Mapping[str, np.ndarray]:
     with np.load(io.BytesIO(_frf_files()[".npz"])) as file:
         return {name: file[name] for name in file.files}
+
+
+@cache
+def _hdf5_file() -> bytes:
+    """FRFs as MATLAB 7.3 writes them: numbers and a cell of text."""
+    import h5py
+
+    content = io.BytesIO()
+    with h5py.File(content, "w") as file:
+        file["frequency"] = np.arange(1.0, 21.0)[None, :]
+        file["values"] = np.ones((1, 1, 20), dtype=[("real", "f8"), ("imag", "f8")])
+        file["#refs#/a"] = np.array([[ord("a")]], dtype="u2")
+        label = np.array([[file["#refs#/a"].ref]], dtype=h5py.ref_dtype)
+        for name in ("responses", "excitations"):
+            file.create_dataset(name, data=label)
+        file["quantity"] = np.array([[ord(letter)] for letter in "mobility"], dtype="u2")
+        file["quantity"].attrs["MATLAB_class"] = np.bytes_("char")
+    return content.getvalue()
+
+
+def hdf5_files(rng: random.Random, folder: Path) -> str:
+    """A file of MATLAB 7.3, changed."""
+    file = folder / "frf.mat"
+    file.write_bytes(changed_bytes(rng, _hdf5_file()))
+    return refused_or(lambda: read_frf(file))
 
 
 def frf_files(rng: random.Random, folder: Path) -> str:

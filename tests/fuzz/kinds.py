@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from .calls import library
 from .disks import folders, pieces
-from .files import force_files, frf_files, record_files
+from .files import force_files, frf_files, hdf5_files, record_files
 from .models import model_files, model_numbers, names
 from .trial import Trial
 from .words import excitation_words, options, sweep_words
@@ -15,6 +15,7 @@ KINDS: Mapping[str, tuple[Trial, int]] = {
     "model files, changed": (model_files, 30),
     "numbers of model files": (model_numbers, 20),
     "FRF files": (frf_files, 12),
+    "FRF files of MATLAB 7.3": (hdf5_files, 1),
     "record files": (record_files, 10),
     "force files": (force_files, 3),
     "words of sweeps": (sweep_words, 6),

@@ -28,6 +28,7 @@ REFUSALS = (ModelError, FbsError, CommandError)
 ACCEPTED, REFUSED = "accepted", "refused"
 STEERING = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
 LONGEST_LINE = 1200
+BESIDE = re.compile(r"warning: |.+: \d+ of \d+, \d+ s$")  # and progress, after ten seconds
 
 SMALL = "lin-parker-3"
 DOFS = ("planetary.sun.w", "planetary.sun.u", "planetary.planet1.v", "planetary.carrier.w")
@@ -61,7 +62,7 @@ class Tally:
 def command(*arguments: str, within: Iterable[int] = (0, 1, 2)) -> Called:
     """Run a command line in this process, and refuse an end that no command may have."""
     called = call(*arguments)
-    told = [line for line in called.err.splitlines() if not line.startswith("warning: ")]
+    told = [line for line in called.err.splitlines() if not BESIDE.match(line)]
     steering = STEERING.search(called.out + called.err)
     shown = f"{' '.join(arguments)!r}: {called.code}: {called.err[-3000:]}"
     if called.code not in within:

@@ -79,13 +79,14 @@ def sweep_words(rng: random.Random, folder: Path) -> str:
         line += ["--response", rng.choice((*DOFS, odd_text(rng))), "--excitation", DOFS[0]]
     if rng.random() < 0.4:
         line += ["--metric", metric]
+    samples = rng.choice(("3", "5", number(rng)[:8]))
     if "%" in spec:
-        line += ["--samples", rng.choice(("3", "5", number(rng)[:8]))]
+        line += ["--samples", samples]
     if rng.random() < 0.2:
         line += [rng.choice(("--seed", "--modes")), number(rng)[:8]]
     if rng.random() < 0.2:
         line += ["--stream"]
-    if _many(spec) or any(word.isdigit() and 1000 < int(word) <= 10**6 for word in line):
+    if _many(spec) or ("%" in spec and samples.isdigit() and 20 < int(samples) <= 10**6):
         return refused_or(lambda: samples_of(load(SMALL), [f"{path}={spec}"], 3))
     called = command(*line)
     left_nothing(called.code, Path("out"))

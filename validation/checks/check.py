@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
+
+# What goes wrong inside a route: matrices that are none, labels that are not there, divisions by 0.
+# Whoever asks for lines on poles is told so before, by the reference.
+ROUTE_ERRORS = (ValueError, ArithmeticError, LookupError)
 
 
 @dataclass(frozen=True)
@@ -37,3 +43,27 @@ class Check:
     def agrees(self) -> bool:
         """Whether the value is within the tolerance (a NaN is not)."""
         return bool(self.value <= self.tolerance)
+
+
+def failed(name: str, subject: str, routes: tuple[str, str], error: BaseException) -> Check:
+    """A route that cannot be computed, of a drivetrain whose reference can: a disagreement."""
+    return Check(
+        name,
+        subject,
+        routes,
+        "a route that cannot be computed",
+        math.inf,
+        0.0,
+        f"{routes[0]} computes the same drivetrain",
+        (f"{routes[1]}: {error} ({type(error).__name__})",),
+    )
+
+
+def or_failed(
+    name: str, subject: str, routes: tuple[str, str], compared: Callable[[], list[Check]]
+) -> list[Check]:
+    """The checks of a comparison, or the one that says that its second route fails."""
+    try:
+        return compared()
+    except ROUTE_ERRORS as error:
+        return [failed(name, subject, routes, error)]

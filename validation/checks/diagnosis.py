@@ -7,7 +7,7 @@ difference ΔZ(ω) = ΔK + jωΔC − ω²ΔM, fitted over a few lines of the ba
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,6 +22,7 @@ Array = NDArray[Any]
 # inversion (measured: below 1e-10 between routes that agree).
 SIGNIFICANT = 1e-8
 MAX_FINDINGS = 8
+EPS = float(np.finfo(float).eps)
 
 
 def number(value: float, form: str = ".6g") -> str:
@@ -49,71 +50,77 @@ class EntryDifference:
         return f"{self.matrix} at {at}: {values} ({number(difference, '+.3g')}{relative})"
 
 
-@dataclass(frozen=True)
-class Fit:
-    """Z(ω) = K + jωC − ω²M fitted to a few lines, entry by entry."""
-
-    mass: FloatArray
-    damping: FloatArray
-    stiffness: FloatArray
-
-
-def fit_dynamic_stiffness(frequency: FloatArray, stiffness: Array) -> Fit:
-    """Least-squares K, C, M of Z(ω) = K + jωC − ω²M.
-
-    Parameters
-    ----------
-    frequency
-        (n_frequency,) Hz, at least two different lines.
-    stiffness
-        (n_frequency, n, n) dynamic stiffness.
-    """
-    omega = 2.0 * np.pi * frequency
-    n = stiffness.shape[1]
-    flat = stiffness.reshape(len(frequency), n * n)
-    # Columns scaled to the band's top, so that K and M weigh alike in the fit.
-    top = omega[-1]
-    basis = np.column_stack([np.ones_like(omega), -((omega / top) ** 2)])
-    real = np.linalg.lstsq(basis, flat.real, rcond=None)[0]
-    slope = np.sum((omega / top)[:, None] * flat.imag, axis=0) / np.sum((omega / top) ** 2)
-    return Fit(
-        mass=real[1].reshape(n, n) / top**2,
-        damping=slope.reshape(n, n) / top,
-        stiffness=real[0].reshape(n, n),
-    )
-
-
 def locate(
-    frequency: FloatArray, reference: Array, other: Array, dofs: Sequence[str]
+    frequency: FloatArray,
+    reference: Array,
+    other: Array,
+    round_off: FloatArray,
+    dofs: Sequence[str],
 ) -> tuple[EntryDifference, ...]:
     """Entries of M, C, K in which two sets of FRFs differ, the most telling first.
 
+    ΔZ = Z₂ − Z₁ = Z₁ (H₁ − H₂) Z₂, so that errors E of H₁ − H₂ are errors |Z₁| E |Z₂| of ΔZ at
+    most. They weigh the lines, entry by entry, and what is fitted must exceed what they can make
+    of it: a DoF on a stiff spring moves with its neighbour, digit by digit, and says nothing of its
+    own mass.
+
     Parameters
     ----------
     frequency
-        (n_frequency,) Hz, a few lines over the band.
+        (n_frequency,) Hz, a few lines over the band, at least two of them different.
     reference, other
         (n_frequency, n, n) receptances of all independent DoFs.
+    round_off
+        (n_frequency, n, n) bound of both receptances' errors together.
     dofs
         Their labels.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        A matrix of receptances has no inverse.
     """
     z_reference, z_other = np.linalg.inv(reference), np.linalg.inv(other)
-    ours = fit_dynamic_stiffness(frequency, z_reference)
-    difference = fit_dynamic_stiffness(frequency, z_other - z_reference)
+    # LU's backward error is n eps |H| (Higham, Accuracy and Stability, 2002, 9.3), pivots not grown
+    inversion = len(dofs) * EPS * (np.abs(reference) + np.abs(other))
+    noise = np.abs(z_reference) @ (round_off + inversion) @ np.abs(z_other)
     own = np.max(np.abs(np.einsum("kii->ki", z_reference)), axis=0)
     scale = np.sqrt(np.outer(own, own))
     top = 2.0 * np.pi * frequency[-1]
     found: list[tuple[float, EntryDifference]] = []
-    for name, weight in (("stiffness", 1.0), ("mass", top**2), ("damping", top)):
-        delta, base = getattr(difference, name), getattr(ours, name)
+    for name, part, power, weights in _fits(2.0 * np.pi * frequency, noise + EPS * scale):
+        base, delta = (np.sum(weights * part(z), axis=0) for z in (z_reference, z_other))
+        delta -= base
+        explained = np.sum(np.abs(weights) * np.where(weights, noise, 0.0), axis=0)
         # What an entry's difference does at the band's top, against its DoFs' own stiffness.
-        effect = np.abs(delta) * weight / scale
-        for i, j in np.argwhere(np.triu(effect > SIGNIFICANT)):
+        effect = np.abs(delta) * top**power / scale
+        for i, j in np.argwhere(np.triu((effect > SIGNIFICANT) & (np.abs(delta) > explained))):
             entry = EntryDifference(
                 name, dofs[i], dofs[j], float(base[i, j]), float(base[i, j] + delta[i, j])
             )
             found.append((float(effect[i, j]), entry))
     return _telling(found)
+
+
+def _fits(
+    omega: FloatArray, noise: FloatArray
+) -> tuple[tuple[str, Callable[[Array], FloatArray], int, FloatArray], ...]:
+    """Least squares of Z(ω) = K + jωC − ω²M by entry, lines weighted by 1/noise².
+
+    Each matrix with the part of Z it is of, the power of ω with which it enters, and what each
+    line's Z counts; NaN where fewer than two lines have any.
+    """
+    top = omega[-1]
+    x = (omega / top)[:, None, None]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        w = (noise.min(axis=0) / noise) ** 2  # 0 where the noise is infinite
+        s0, s2, s4 = (np.sum(w * x**power, axis=0) for power in (0, 2, 4))
+        alone = s0 * s4 - s2**2
+        return (
+            ("stiffness", np.real, 0, w * (s4 - s2 * x**2) / alone),
+            ("mass", np.real, 2, w * (s2 - s0 * x**2) / alone / top**2),
+            ("damping", np.imag, 1, w * x / s2 / top),
+        )
 
 
 def _telling(found: list[tuple[float, EntryDifference]]) -> tuple[EntryDifference, ...]:

@@ -5,26 +5,27 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fbs import Frf, SecondOrderSystem, real_modes
+from fbs import Frf, SecondOrderSystem, SingularLineError, real_modes
 from mbs_models.modal.mode_kinds import rigid_body_count, scaled_singular_values
 
 from ..arrays import ComplexArray, FloatArray
-from ..routes.routes import MatrixRoute, kernel_condition
+from ..routes.routes import MatrixRoute, Route, kernel_condition
 from ..routes.source import Source
 from ..runtime.progress import Progress
-from .check import Check
-from .diagnosis import describe, locate
+from .check import ROUTE_ERRORS, Check
 from .metrics import error_scale, frac, row_norms, squared_errors
+from .tracing import NO_CHANGE, single_lines, traced
 
 Pair = tuple[str, str]
 
 VALUES_PER_BLOCK = 2**19  # 8 MB a route and thread: memory does not grow with the band
 THREADS = 4  # at most: so many blocks are held at once
+MOST_LINES = 5  # that a finding names
 FRF_TOLERANCE = 1e-8
 FRF_REASON = (
     "two solutions of the same system differ by round-off times its conditioning; a model error "
@@ -66,6 +67,8 @@ class FrfComparison:
         Frequency (Hz), response and excitation of the largest scaled error.
     frac
         Smallest FRAC of the curves kept, and the curve it belongs to.
+    failure
+        Why the route cannot be computed; empty: it can. Its errors are NaN then.
     """
 
     route: str
@@ -74,6 +77,7 @@ class FrfComparison:
     pair_max: FloatArray
     worst: tuple[float, str, str]
     frac: tuple[float, str]
+    failure: str = ""
 
     @property
     def largest(self) -> float:
@@ -171,6 +175,7 @@ class _Errors:
     line_median: FloatArray
     pair_max: FloatArray
     worst: int  # response and excitation of the worst line, as one index
+    failure: str = ""
 
     @classmethod
     def of(cls, squares: FloatArray) -> _Errors:
@@ -222,12 +227,29 @@ def _compare_block(
         if labels not in scales:
             rows, columns = (np.stack([norm[label] for label in each]) for each in labels)
             scales[labels] = error_scale(rows, columns)
-        theirs = candidate.route.frf(lines, *labels)
+        try:
+            theirs = candidate.route.frf(lines, *labels)
+        except SingularLineError:  # the axis is at fault: leave these lines out
+            raise
+        except ROUTE_ERRORS as error:
+            shape = (len(labels[0]), len(labels[1]), len(lines))
+            why = f"{candidate.route.name}: {error} ({type(error).__name__})"
+            errors[candidate.route.name] = replace(_Errors.of(np.full(shape, np.nan)), failure=why)
+            for pair in pairs:
+                curves[pair][candidate.route.name] = np.full(len(lines), complex(np.nan, np.nan))
+            continue
         same = ours if labels == (dofs, dofs) else ours.select(*labels)
         difference = (theirs.values - same.values).transpose(1, 2, 0)
         errors[candidate.route.name] = _Errors.of(squared_errors(difference, scales[labels]))
         keep(candidate.route.name, theirs)
-    kernel = kernel_condition(source, lines) if source.joints else np.empty(0)
+    kernel = np.empty(0)
+    if source.drivetrain.couplings:
+        try:
+            kernel = kernel_condition(source, lines)
+        except SingularLineError:
+            raise
+        except ROUTE_ERRORS:  # told with FBS' FRFs, which fail alike
+            kernel = np.full(len(lines), np.nan)
     return _Block(errors, curves, norms, kernel)
 
 
@@ -242,11 +264,12 @@ def _comparison(
     errors = [block.errors[name] for block in blocks]
     worst = int(np.argmax([error.line_max.max() for error in errors]))
     line_max = np.concatenate([error.line_max for error in errors])
+    failure = next((error.failure for error in errors if error.failure), "")
     i, j = divmod(errors[worst].worst, len(candidate.excitations))
     fracs = [
         (frac(by_route[reference], by_route[name]), named(*pair))
         for pair, by_route in curves.items()
-        if name in by_route
+        if name in by_route and not failure
     ]
     return FrfComparison(
         route=name,
@@ -257,6 +280,7 @@ def _comparison(
             float(frequency[line_max.argmax()]), candidate.responses[i], candidate.excitations[j]
         ),
         frac=min(fracs, default=(np.nan, "")),
+        failure=failure,
     )  # fmt: skip
 
 
@@ -293,15 +317,18 @@ def frf_checks(
 
     Where a line exceeds its tolerance, both FRFs' own bound of their round-off counts.
     """
-    allowed = np.maximum(FRF_TOLERANCE, floor)
-    excess = comparison.line_max / allowed
-    doubtful = np.flatnonzero(~(excess <= 1.0))
-    worst = int(np.argmax(excess))
-    if doubtful.size and comparison.line_max[worst] <= line_round_off(
-        reference, route, frequency[[worst]]
-    ):  # else the others do not matter any more
-        own = line_round_off(reference, route, frequency[doubtful])
-        allowed[doubtful] = np.maximum(allowed[doubtful], own)
+    routes = (reference.name, route.name)
+    every = f"all {len(comparison.pair_max) ** 2} FRFs"
+    if comparison.failure:
+        return [
+            Check(
+                "FRFs, worst line", every, routes, "a route that cannot be computed",
+                np.inf, 0.0, f"{reference.name} computes the same FRFs", (comparison.failure,),
+            )
+        ]  # fmt: skip
+    allowed = with_round_off(
+        np.maximum(FRF_TOLERANCE, floor), comparison.line_max, reference, route, frequency
+    )
     excess = comparison.line_max / allowed
     worst = int(np.argmax(excess))
     findings: tuple[str, ...] = ()
@@ -314,8 +341,6 @@ def frf_checks(
         if raised
         else ""
     )
-    routes = (reference.name, route.name)
-    every = f"all {len(comparison.pair_max) ** 2} FRFs"
     median, median_allowed = float(np.median(comparison.line_max)), MEDIAN_TOLERANCE
     median_allowed = max(median_allowed, float(np.median(floor)))
     if route.modal:
@@ -338,16 +363,46 @@ def frf_checks(
     ]  # fmt: skip
 
 
-def line_round_off(reference: MatrixRoute, route: MatrixRoute, frequency: FloatArray) -> FloatArray:
+def with_round_off(
+    allowed: FloatArray,
+    line_max: FloatArray,
+    reference: Route,
+    route: Route,
+    frequency: FloatArray,
+) -> FloatArray:
+    """What is allowed of each line, with two routes' own bound of their round-off where it counts.
+
+    That is where a line exceeds what is allowed, and if it explains the worst one; else the others
+    do not matter any more.
+    """
+    excess = line_max / allowed
+    doubtful = np.flatnonzero(~(excess <= 1.0))
+    worst = int(np.argmax(excess))
+    if not doubtful.size or not line_max[worst] <= line_round_off(
+        reference, route, frequency[[worst]]
+    ):
+        return allowed
+    raised = allowed.copy()
+    own = line_round_off(reference, route, frequency[doubtful])
+    raised[doubtful] = np.maximum(raised[doubtful], own)
+    return raised
+
+
+def line_round_off(reference: Route, route: Route, frequency: FloatArray) -> FloatArray:
     """Largest scaled error, by line, that the bounds of two routes' round-off leave room for.
 
-    Zero where that is one or more: round-off that may be anything explains nothing.
+    Between the labels that both have. Zero where that is one or more: round-off that may be
+    anything explains nothing.
     """
-    ours = reference.frf(frequency)
-    theirs = route.frf(frequency).select(ours.responses, ours.excitations)
-    bound = (ours.round_off + theirs.round_off).transpose(1, 2, 0)
-    norms = row_norms(ours).T
-    largest = np.sqrt(squared_errors(bound, error_scale(norms, norms)).max(axis=(0, 1)))
+    ours, theirs = reference.frf(frequency), route.frf(frequency)
+    norm = dict(zip(ours.responses, row_norms(ours).T, strict=True))
+    labels = [
+        [label for label in have if label in norm]
+        for have in (theirs.responses, theirs.excitations)
+    ]
+    bound = (ours.select(*labels).round_off + theirs.select(*labels).round_off).transpose(1, 2, 0)
+    rows, columns = (np.array([norm[label] for label in some]) for some in labels)
+    largest = np.sqrt(squared_errors(bound, error_scale(rows, columns)).max(axis=(0, 1)))
     return np.where(largest < 1.0, largest, 0.0)
 
 
@@ -366,10 +421,15 @@ def _frf_findings(
 ) -> tuple[str, ...]:
     at, response, excitation = comparison.worst
     worst = f"largest at {at:g} Hz: response {response}, excitation {excitation}"
+    alone = single_lines(frequency, comparison.line_max)
+    if at in alone:
+        named = ", ".join(f"{line:g}" for line in alone[:MOST_LINES])
+        return worst, f"{NO_CHANGE}: single lines differ from those beside them ({named} Hz)"
     lines = _spread_lines(frequency)
     dofs = system.dofs
-    ours, theirs = (r.frf(lines, dofs, dofs).values for r in (reference, route))
-    return (worst, *describe(locate(lines, ours, theirs, dofs)))
+    ours, theirs = (r.frf(lines, dofs, dofs) for r in (reference, route))
+    round_off = ours.round_off + theirs.round_off
+    return (worst, *traced(lines, ours.values, theirs.values, round_off, dofs))
 
 
 def _spread_lines(frequency: FloatArray, count: int = 24) -> FloatArray:

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+
 import numpy as np
 
 from fbs import SecondOrderSystem
 
 from ..routes.source import Source
-from .check import Check
+from .check import Check, or_failed
 from .diagnosis import describe, differing_entries
 
+ENTRIES, TOGETHER = "entry by entry", "stages put together"
 MATRIX_TOLERANCE = 1e-12
 MATRIX_REASON = (
     "both are sums of the same few springs in double precision; geometry and equations differ by "
@@ -19,30 +23,34 @@ MATRIX_REASON = (
 
 def matrix_checks(reference: Source, other: Source) -> list[Check]:
     """Two sources' matrices, of the whole and of every stage."""
-    subjects = [("whole drivetrain", reference.whole, other.whole)]
-    subjects += [(f"part {n}", own, other.stage(n)) for n, own in reference.stages.items()]
     routes = (reference.name, other.name)
-    return [
-        check
-        for subject, ours, theirs in subjects
-        for check in _compare_systems("entry by entry", subject, routes, ours, theirs)
-    ]
+    found = _compared(ENTRIES, "whole drivetrain", routes, lambda: (reference.whole, other.whole))
+    for part in reference.drivetrain.parts:
+        found += _compared(
+            ENTRIES, f"part {part.name}", routes, partial(_stages, reference, other, part.name)
+        )
+    return found
+
+
+def _stages(
+    reference: Source, other: Source, name: str
+) -> tuple[SecondOrderSystem, SecondOrderSystem]:
+    return reference.stage(name), other.stage(name)
 
 
 def assembly_checks(*sources: Source) -> list[Check]:
     """The stages' matrices put together, against the whole's: nothing lost in the split."""
-    return [
-        check
-        for source in sources
-        if source.joints
-        for check in _compare_systems(
-            "stages put together",
-            "whole drivetrain",
-            (sources[0].name, f"{source.name} stages"),
-            sources[0].whole,
-            assembled(source),
-        )
-    ]
+    found = []
+    for source in sources:
+        if source.drivetrain.couplings:
+            routes = (sources[0].name, f"{source.name} stages")
+            both = partial(_assembly, sources[0], source)
+            found += _compared(TOGETHER, "whole drivetrain", routes, both)
+    return found
+
+
+def _assembly(reference: Source, source: Source) -> tuple[SecondOrderSystem, SecondOrderSystem]:
+    return reference.whole, assembled(source)
 
 
 def assembled(source: Source) -> SecondOrderSystem:
@@ -70,6 +78,19 @@ def assembled(source: Source) -> SecondOrderSystem:
             damping += c * np.outer(v, v)
             stiffness += k * np.outer(v, v)
     return SecondOrderSystem(mass, damping, stiffness, whole.dofs)
+
+
+def _compared(
+    name: str,
+    subject: str,
+    routes: tuple[str, str],
+    systems: Callable[[], tuple[SecondOrderSystem, SecondOrderSystem]],
+) -> list[Check]:
+    """Two systems against each other, or that the second cannot be built."""
+    return or_failed(
+        f"M, C, K {name}", subject, routes,
+        lambda: _compare_systems(name, subject, routes, *systems()),
+    )  # fmt: skip
 
 
 def _compare_systems(

@@ -16,11 +16,12 @@ from ..arrays import FloatArray
 from ..routes.modes import damped_modes
 from ..routes.routes import fbs_route
 from ..routes.source import Source
-from .check import Check
+from .check import ROUTE_ERRORS, Check, failed
 from .diagnosis import MAX_FINDINGS
 from .metrics import subspace_mac
 from .poles import FilteredPole, filtered_poles
 
+WHOLE = "whole drivetrain"
 POLE_TOLERANCE = 1e-6
 POLE_REASON = (
     "relative; where the eigensolution's own round-off (eps × largest λ) is larger, that, as "
@@ -49,16 +50,26 @@ def pole_checks(reference: Source, other: Source, modes: Modes) -> PoleChecks:
     """exudyn's eigensolution against the equations' modes and the poles FBS' FRFs have."""
     from mbs_models.modal.modes import eigenvalue_error  # exudyn takes its time to load
 
+    fbs = f"FBS of {reference.name} stages"
     names, filtered = [other.name], {}
+    checks: list[Check] = []
     own = real_modes(reference.whole)
     if is_proportional(modal_damping(own, reference.whole.damping)):
-        names.append(f"FBS of {reference.name} stages")
-        filtered = _fbs_poles(reference, own)
-    rows = _pole_rows(reference, other, modes, filtered)
+        try:
+            filtered = _fbs_poles(reference, own)
+            names.append(fbs)
+        except ROUTE_ERRORS as error:
+            checks.append(failed("Poles", WHOLE, (reference.name, fbs), error))
+    try:
+        rows = _pole_rows(reference, other, modes, filtered)
+        exact = real_modes(other.whole)
+    except ROUTE_ERRORS as error:
+        checks.append(failed("Poles", WHOLE, (reference.name, other.name), error))
+        names.remove(other.name)
+        rows, exact = _pole_rows(reference, None, modes, filtered), own
     # A filter's shapes are not the eigensolution's: no round-off of it is in them.
     allowed = {name: [MAC_TOLERANCE] * len(rows) for name in names}
-    allowed[other.name] = allowed_mac_defects(real_modes(other.whole), eigenvalue_error(modes))
-    checks = []
+    allowed[other.name] = allowed_mac_defects(exact, eigenvalue_error(modes))
     for name in names:
         checks += _pole_checks_of(reference.name, name, rows, allowed[name])
     unjudged = _unjudged(reference.name, rows, allowed[other.name])
@@ -136,25 +147,33 @@ def _fbs_poles(source: Source, modes: RealModes) -> dict[int, FilteredPole]:
 
 
 def _pole_rows(
-    reference: Source, other: Source, modes: Modes, filtered: dict[int, FilteredPole]
+    reference: Source, other: Source | None, modes: Modes, filtered: dict[int, FilteredPole]
 ) -> list[PoleRow]:
-    real = real_modes(other.whole)
-    frequencies, ratios = damped_modes(other.whole, real)
-    shapes = modes.shapes[[modes.labels.index(dof) for dof in real.dofs]]
-    groups = mode_groups(real.natural_frequencies, real.n_rigid)
-    macs = _eigensolution_macs(shapes, real, groups, other.whole.mass)
-    ours, theirs, fbs = reference.name, other.name, f"FBS of {reference.name} stages"
+    ours, fbs = reference.name, f"FBS of {reference.name} stages"
+    theirs = None if other is None else _eigensolution(other, modes)
     rows = []
     for number, mode in enumerate(modes.modes):
-        frequency = {ours: mode.frequency_hz, theirs: float(frequencies[number])}
-        damping = {ours: mode.damping_ratio, theirs: float(ratios[number])}
-        mac = {theirs: macs[number]}
+        frequency, damping = {ours: mode.frequency_hz}, {ours: mode.damping_ratio}
+        mac: dict[str, float] = {}
+        if other is not None and theirs is not None:
+            by_mode = (found[number] for found in theirs)
+            frequency[other.name], damping[other.name], mac[other.name] = map(float, by_mode)
         if number in filtered:  # a rigid-body motion is no pole that an FRF could be filtered for
             frequency[fbs] = filtered[number].frequency_hz
             damping[fbs] = filtered[number].damping_ratio
             mac[fbs] = filtered[number].subspace_mac
         rows.append(PoleRow(mode.kind, frequency, damping, mac, mode.round_off_hz))
     return rows
+
+
+def _eigensolution(other: Source, modes: Modes) -> tuple[FloatArray, FloatArray, dict[int, float]]:
+    """Frequencies (Hz), damping ratios and MACs with the reference's modes, by mode."""
+    real = real_modes(other.whole)
+    frequencies, ratios = damped_modes(other.whole, real)
+    shapes = modes.shapes[[modes.labels.index(dof) for dof in real.dofs]]
+    groups = mode_groups(real.natural_frequencies, real.n_rigid)
+    macs = _eigensolution_macs(shapes, real, groups, other.whole.mass)
+    return frequencies, ratios, macs
 
 
 def _eigensolution_macs(
@@ -171,7 +190,7 @@ def _eigensolution_macs(
 def _pole_checks_of(
     reference: str, route: str, rows: Sequence[PoleRow], allowed_macs: Sequence[float]
 ) -> list[Check]:
-    subject, routes = "whole drivetrain", (reference, route)
+    subject, routes = WHOLE, (reference, route)
     known = [row for row in rows if route in row.frequency_hz and _known(row, reference)]
     frequency = [_frequency_error(row, reference, route) for row in known]
     damping = [_damping_error(row, reference, route) for row in known]

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from mbs_models.modal.mode_kinds import label_inertias
-from mbs_models.model.model_file import load
+from mbs_models.model.model_file import load, model_text
 
 from ..checks.part_uncertainty import Noise, require_errors
 from ..explorer.plots import PAGE as EXPLORER
@@ -65,6 +65,7 @@ def run_command(
         result = cross_check(
             drivetrain,
             lines,
+            text=model_text(model),
             published=model,
             progress=progress,
             substitutions=files,

@@ -9,14 +9,17 @@ import numpy as np
 from mbs_models.errors import ModelError, OrbitError
 from mbs_models.modal.energy import component_shares
 from mbs_models.modal.mode_kinds import Kind, Modes
+from mbs_models.model.model_file import dumps
 from mbs_models.model.parameters import Drivetrain, Part
 
 from ..arrays import FloatArray
+from ..checks.check import or_failed
 from ..checks.frfs import Candidate, compare_frfs, frf_checks, round_off_floor
 from ..checks.matrices import assembly_checks, matrix_checks
 from ..checks.model_warnings import model_warnings
 from ..checks.modes import published_check, rigid_body_check
 from ..checks.part_uncertainty import Noise
+from ..checks.plain_file import plain_checks
 from ..checks.pole_checks import pole_checks
 from ..checks.published import PUBLISHED
 from ..checks.time_domain import time_domain_checks
@@ -39,6 +42,7 @@ def cross_check(
     band: Band | None = None,
     *,
     equations: Callable[[Drivetrain], Source] = equations_source,
+    text: str | None = None,
     published: str = "",
     progress: Progress = silent,
     substitutions: Sequence[Substitution] = (),
@@ -56,6 +60,8 @@ def cross_check(
         Frequency lines (default 1–15 000 Hz at 1 Hz).
     equations
         The source that exudyn is held against.
+    text
+        The model file's, which some numbers are taken from by hand; None: as it would be written.
     published
         A preset's name: its published frequencies are checked too, if there are any.
     progress
@@ -85,10 +91,14 @@ def cross_check(
     progress("building systems", 1, 1)
 
     checks = [
-        rigid_body_check(drivetrain, modes),
+        *or_failed(
+            "Rigid-body modes", "whole drivetrain", (exudyn.name, "topology"),
+            lambda: [rigid_body_check(drivetrain, modes)],
+        ),
+        *plain_checks(dumps(drivetrain) if text is None else text, exudyn.whole, exudyn.name),
         *matrix_checks(exudyn, other),
         *assembly_checks(exudyn, other),
-    ]
+    ]  # fmt: skip
     poles = clock.timed("matrices and poles", lambda: pole_checks(exudyn, other, modes))
     checks += poles.checks
 
@@ -116,6 +126,7 @@ def cross_check(
             "swap",
             lambda: what_changes(
                 exudyn,
+                reference,
                 candidates[-1],
                 substitutions,
                 compared,

@@ -10,10 +10,11 @@ from fbs import direct_frf
 
 from ..arrays import ComplexArray, FloatArray
 from ..checks import peaks
-from ..checks.frfs import Candidate, FrfComparisons, Pair
+from ..checks.frfs import Candidate, FrfComparisons, Pair, with_round_off
 from ..checks.metrics import decibel_difference, frac, row_norms
 from ..checks.part_uncertainty import DIGITS, Known, Noise, how_well_known
 from ..checks.peaks import Resonance
+from ..routes.routes import Route
 from ..routes.source import Source
 from ..routes.substitution import Substitution
 from .result import Changes, CurveChange
@@ -26,6 +27,7 @@ ROUND_OFF = 1e-10  # scaled: an FRF below it vanishes (by symmetry, or for want 
 
 def what_changes(
     source: Source,
+    reference: Route,
     candidate: Candidate,
     substitutions: Sequence[Substitution],
     compared: FrfComparisons,
@@ -40,6 +42,8 @@ def what_changes(
     ----------
     source
         Whose parts are coupled with the files'.
+    reference
+        The route of the whole before.
     candidate
         That coupling, one of the routes compared.
     substitutions
@@ -64,12 +68,15 @@ def what_changes(
         scale = np.sqrt(norm[i] * norm[j])
         curves.append(curve_change(frequency, (i, j), before, by_route[name], scale))
     comparison = compared.by_route[name]
+    allowed = with_round_off(
+        np.maximum(NOTHING, floor), comparison.line_max, reference, candidate.route, frequency
+    )
     return Changes(
         substitutions=tuple(substitutions),
         responses=candidate.responses,
         excitations=candidate.excitations,
         comparison=comparison,
-        changes=bool(np.any(~(comparison.line_max <= np.maximum(NOTHING, floor)))),
+        changes=bool(np.any(~(comparison.line_max <= allowed))),
         curves=tuple(curves),
         not_compared=tuple(pair for pair in compared.curves if pair not in both),
         alone={

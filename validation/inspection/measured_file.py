@@ -15,13 +15,13 @@ from fbs.files.measurement import Contents, Measurement, few, take
 from fbs.files.record_files import FORMATS as RECORD_FORMATS
 from fbs.files.record_files import read_record
 from fbs.files.universal import FUNCTION_TYPES, TIME_RESPONSE, Function, read_universal
-from fbs.measured.quality import quality
+from fbs.measured.quality import quality, zeros
 from mbs_models.model.parameters import Drivetrain
 
 from ..errors import CommandError
 from ..routes import frf_input
 from ..routes.frf_input import FileOptions
-from ..routes.substitution_checks import describe
+from ..routes.substitution_checks import channels, describe
 
 UNIVERSAL = (".uff", ".unv")
 CLIPPED = 4  # samples in a row at one extreme: no signal rests there, a converter at its end does
@@ -157,7 +157,10 @@ def _taken(taken: Measurement) -> list[str]:
     n = len(found.square)
     lines.append(f"  quality (drive points: {n}, reciprocal pairs: {n * (n - 1) // 2}):")
     lines += [f"    {describe(one, found.frequency)}" for one in found.defects]
-    if not found.defects:
+    if still := zeros(frf):
+        words = few(channels(frf, still))
+        lines.append(f"    zero at every line, a dead channel or no path: {words}")
+    elif not found.defects:
         lines.append("    nothing that a passive, reciprocal structure does not have")
     if taken.coherence is not None:
         known = taken.coherence[np.isfinite(taken.coherence)]
@@ -217,8 +220,14 @@ def _record(path: Path, channels: Mapping[str, tuple[str, str]]) -> list[str]:
         for label, values in zip(labels, samples.T, strict=True):
             peak, rms = np.abs(values).max(), np.sqrt(np.mean(values**2))
             words = f"  {kind} {label}: peak {peak:.4g}, rms {rms:.4g}, mean {values.mean():.2g}"
-            lines.append(words + (", clipped?" if _clipped(values) else ""))
+            lines.append(words + _oddity(values))
     return lines
+
+
+def _oddity(values: NDArray[np.float64]) -> str:
+    if not values.any():
+        return ", a dead channel?"
+    return ", clipped?" if _clipped(values) else ""
 
 
 def _clipped(values: NDArray[np.float64]) -> bool:

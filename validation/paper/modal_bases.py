@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fbs import Frf, couple, direct_frf, modal_frf, truncate
+from fbs import Frf, TruncatedPart, bounded_frf, couple, direct_frf, modal_frf, truncate
 
 from ..arrays import FloatArray
 from ..checks.metrics import frac, scaled_error
@@ -196,6 +196,24 @@ class TruncationBench:
     def coupled(self, basis: Basis) -> Frf:
         """FRFs of AB with B from a basis."""
         return couple({self.a: self.stage_a, self.b: self.stage(basis)}, self.model.joints).frf
+
+    def bound(self, basis: Basis, pair: tuple[str, str], alone: bool = False) -> FloatArray:
+        """What an FRF of AB, or of B alone, from a basis is guaranteed to be wrong by (m/N)."""
+        kept = basis.kept(self.count)
+        part = TruncatedPart.of(self.system, kept, basis.residual_order, self.modes)
+        parts: dict[str, TruncatedPart | Frf] = {self.b: part}
+        if not alone:
+            parts[self.a] = self.stage_a
+        joints = () if alone else self.model.joints
+        return bounded_frf(parts, joints, self.frequency, pair[:1], pair[1:]).between(*pair)
+
+    def guaranteed(self, basis: Basis) -> float:
+        """The largest scaled error that the bounds allow of all FRFs compared; infinite: none."""
+        exact = self.full()
+        return max(
+            float((self.bound(basis, pair) / scale(exact, *pair)).max())
+            for pair in self.pairs.values()
+        )
 
     def row(self, basis: Basis) -> TruncationRow:
         """Errors of the coupled FRFs with a basis."""

@@ -51,6 +51,20 @@ def words(drawn: Drawn, *names: str) -> str:
     return f"largest scaled error ({drawn.bench.tolerance:.1%} allowed): " + "; ".join(parts)
 
 
+def guarantees(drawn: Drawn, *names: str) -> str:
+    """What the left-out modes' bounds allow of curves, B in AB or alone, in words."""
+    trunk, pair = drawn.bench.once(TruncationBench), drawn.drawing.pair(drawn.bench)
+    bases = dict(_bases(trunk.beyond, ()))
+    found = []
+    for name in names:
+        share = trunk.bound(bases[name], pair, alone=bool(drawn.drawing.part)) / drawn.row_scale
+        told = np.isfinite(share)
+        most = f"{share[told].max():.2g}" if told.any() else "nothing"
+        lost = "" if told.all() else f" (no bound at {np.sum(~told)} of {told.size} lines)"
+        found.append(f"{name} {most}{lost}")
+    return "; guaranteed by bounds that know no exact FRF: " + ", ".join(found)
+
+
 # --- what is drawn ---
 
 
@@ -114,12 +128,14 @@ def judge_shaft_felt(drawn: Drawn) -> Judgement:
         f"without the hub's mode k_sw changes it by a scaled {own.worst_scaled:.2g} "
         f"({own.worst_db:.2g} dB) at most, the full system's by {moved:.2g}. Against the first "
         f"curve ({first.name}), {words(drawn, changed.name, exact.name, stiff.name)}"
+        + guarantees(drawn, HUB_OUT)
     )
 
 
 def judge_only_the_hub_matters(drawn: Drawn) -> Judgement:
     """Whether leaving out all but the hub's mode is felt; and if so, what mends it."""
     evidence = words(drawn, HUB_OUT, ALL_OUT, HUB_KEPT, STATIC, SECOND)
+    evidence += guarantees(drawn, HUB_KEPT, STATIC, SECOND)
     verdict = Verdict.of(within(drawn, HUB_KEPT), within(drawn, STATIC) or within(drawn, SECOND))
     if verdict == Verdict.CORRECTED:
         evidence += "; with the left-out modes' residual, hub's included, they can be neglected"
@@ -128,12 +144,15 @@ def judge_only_the_hub_matters(drawn: Drawn) -> Judgement:
 
 def judge_no_effect(drawn: Drawn) -> Judgement:
     """Whether leaving out everything beyond the band is not felt."""
-    return Verdict.of(within(drawn, ALL_OUT)), words(drawn, ALL_OUT, STATIC, SECOND)
+    evidence = words(drawn, ALL_OUT, STATIC, SECOND)
+    evidence += guarantees(drawn, ALL_OUT, STATIC, SECOND)
+    return Verdict.of(within(drawn, ALL_OUT)), evidence
 
 
 def judge_effect(drawn: Drawn) -> Judgement:
     """Whether leaving out the hub's mode is felt."""
     evidence = words(drawn, HUB_OUT, ALL_OUT, HUB_KEPT, STATIC)
+    evidence += guarantees(drawn, HUB_OUT, HUB_KEPT, STATIC)
     return Verdict.of(not within(drawn, HUB_OUT)), evidence
 
 

@@ -29,9 +29,10 @@ from mbs_models.model.parameters import (
     Part,
     PlanetaryStage,
 )
-from mbs_models.model.placement import hub_ratios, rigid_end, translation_ends
-from mbs_models.stages.bodies import Bearing, Matrix2
+from mbs_models.stages.bodies import Matrix2
 from mbs_models.stages.part import mesh_name
+
+from . import table_values as raw
 
 Deflection = Mapping[str, float]  # DoF label -> coefficient in δ = Σ c·q
 P = TypeVar("P", bound=Part)
@@ -74,24 +75,25 @@ def drivetrain_system(drivetrain: Drivetrain) -> SecondOrderSystem:
 
 def drivetrain_elements(drivetrain: Drivetrain) -> Lumped:
     """Inertias, springs and ties of the whole drivetrain."""
-    lumped, ratios = Lumped(), hub_ratios(drivetrain)
+    lumped, sides = Lumped(), raw.sides(drivetrain)
     for part in drivetrain.parts:
         lumped += part_elements(part)
     for coupling in drivetrain.couplings:
-        lumped += _hub(ratios, coupling, coupling.ends, share=1.0)
-        lumped += _translations(drivetrain, coupling)
+        lumped += _hub(drivetrain, sides, coupling, raw.ends(coupling), share=1.0)
+        lumped += _translations(drivetrain, sides, coupling)
     return lumped
 
 
 def stage_system(drivetrain: Drivetrain, name: str) -> SecondOrderSystem:
     """M, C, K of one stage with its halves of the hubs (the paper, Eqs. 6, 7, 10)."""
-    lumped, ratios = part_elements(drivetrain.part(name)), hub_ratios(drivetrain)
+    lumped, sides = part_elements(drivetrain.part(name)), raw.sides(drivetrain)
     for coupling in drivetrain.couplings:
-        ends = [end for end in coupling.ends if end[0].partition(".")[0] == name]
-        if coupling.massless:  # cut at the rigid end, its spring left to the joint
-            ends = [end for end in ends if end == rigid_end(coupling)]
+        ends = [end for end in raw.ends(coupling) if raw.split(end[0])[0] == name]
+        if raw.over_r2(coupling, "inertia", coupling.radius) == 0.0:
+            # cut at the rigid end, its spring left to the joint
+            ends = [end for end in ends if end == raw.rigid_end(coupling)]
         if ends:
-            lumped += _hub(ratios, coupling, ends, share=0.5)
+            lumped += _hub(drivetrain, sides, coupling, ends, share=0.5)
     return assemble(lumped, drivetrain.damping)
 
 
@@ -205,14 +207,17 @@ def register_stage(stage_type: type[P], *, equations: Callable[[P], Lumped]) -> 
 
 @part_elements.register
 def _inertia(part: Inertia) -> Lumped:
-    spring = Spring(part.support_stiffness, {f"{part.name}.w": 1.0})
-    return Lumped(((f"{part.name}.w", part.rotary_mass),), (spring,))
+    label, r = f"{part.name}.w", part.radius
+    inertia = raw.over_r2(part, "polar_inertia", r)
+    return Lumped(((label, inertia),), (Spring(raw.torsional_support(part, r), {label: 1.0}),))
 
 
-def _bearing(bearing: Bearing, first: Deflection, second: Deflection) -> list[Spring]:
+def _bearing(
+    stiffness: Matrix2, damping: Matrix2 | None, first: Deflection, second: Deflection
+) -> list[Spring]:
     """A 2 × 2 bearing as springs and dampers along its principal directions: Σ λ e eᵀ."""
     springs = []
-    for matrix, is_damper in ((bearing.stiffness, False), (bearing.damping, True)):
+    for matrix, is_damper in ((stiffness, False), (damping, True)):
         if matrix is None:
             continue
         for value, (a, b) in zip(*_principal(matrix), strict=True):
@@ -223,9 +228,14 @@ def _bearing(bearing: Bearing, first: Deflection, second: Deflection) -> list[Sp
             if is_damper:
                 springs.append(Spring(0.0, deflection, float(value)))
             else:
-                own = None if bearing.damping is None else 0.0
+                own = None if damping is None else 0.0
                 springs.append(Spring(float(value), deflection, own))
     return springs
+
+
+def _own(damping: float | Matrix2 | None) -> Matrix2 | None:
+    """A bearing's own damping; None: β times its stiffness."""
+    return None if damping is None else raw.matrix(damping)
 
 
 def _principal(matrix: Matrix2) -> tuple[Sequence[float], Sequence[Sequence[float]]]:
@@ -242,15 +252,16 @@ def _parallel(stage: ParallelStage) -> Lumped:
     inertias: list[tuple[str, float]] = []
     springs: list[Spring] = []
     for name, gear in (("pinion", stage.pinion), ("wheel", stage.wheel)):
-        at = f"{stage.name}.{name}"
+        at, r = f"{stage.name}.{name}", gear.base_radius
         inertias += [
-            (f"{at}.w", gear.rotary_mass(gear.base_radius)),
+            (f"{at}.w", raw.over_r2(gear, "polar_inertia", r)),
             (f"{at}.y", gear.mass),
             (f"{at}.z", gear.mass),
-            (f"{at}.rho", gear.rocking_mass),
+            (f"{at}.rho", raw.over_r2(gear, "diametral_inertia", r)),
         ]
-        springs += _bearing(gear.support, {f"{at}.y": 1.0}, {f"{at}.z": 1.0})
-        springs.append(Spring(gear.rocking_stiffness, {f"{at}.rho": 1.0}))
+        bearing = raw.matrix(gear.bearing, gear.bearing_y, gear.bearing_z)
+        springs += _bearing(bearing, _own(gear.bearing_damping), {f"{at}.y": 1.0}, {f"{at}.z": 1.0})
+        springs.append(Spring(raw.over_r2(gear, "bearing_rocking", r), {f"{at}.rho": 1.0}))
     name = mesh_name(f"{stage.name}.pinion", f"{stage.name}.wheel")
     springs.append(Spring(stage.mesh_stiffness, parallel_mesh(stage), mesh=name))
     return Lumped(tuple(inertias), tuple(springs))
@@ -272,29 +283,36 @@ def _planetary(stage: PlanetaryStage) -> Lumped:
     """Lin & Parker's gear set: Eq. 10 and the springs behind Appendix A."""
     inertias: list[tuple[str, float]] = []
     springs: list[Spring] = []
+    radii = raw.shape(stage).radii
     for name, member in (("sun", stage.sun), ("ring", stage.ring), ("carrier", stage.carrier)):
-        at, r = f"{stage.name}.{name}", stage.radius(name)
-        inertias += _plane_inertias(at, member.mass, member.rotary_mass(r))
-        springs += _bearing(member.support, {f"{at}.u": 1.0}, {f"{at}.v": 1.0})
-        springs.append(Spring(member.torsional_support_at(r), {f"{at}.w": 1.0}))
-    for number, phi in enumerate(stage.angles, start=1):
+        at, r = f"{stage.name}.{name}", radii[name]
+        inertias += _plane_inertias(at, member.mass, raw.over_r2(member, "polar_inertia", r))
+        bearing = raw.matrix(member.bearing, member.bearing_u, member.bearing_v)
+        damping = _own(member.bearing_damping)
+        springs += _bearing(bearing, damping, {f"{at}.u": 1.0}, {f"{at}.v": 1.0})
+        springs.append(Spring(raw.torsional_support(member, r), {f"{at}.w": 1.0}))
+    bearing = raw.matrix(
+        stage.planet_bearing, stage.planet_bearing_radial, stage.planet_bearing_tangential
+    )
+    for number, phi in enumerate(raw.planet_angles(stage), start=1):
         planet, body = f"planet{number}", stage.planet
-        rotary = body.rotary_mass(body.base_radius)
+        rotary = raw.over_r2(body, "polar_inertia", body.base_radius)
         inertias += _plane_inertias(f"{stage.name}.{planet}", body.mass, rotary)
         springs += [
             *(
                 Spring(
-                    stiffness[number - 1],
+                    stiffness[number - 1] if isinstance(stiffness, tuple) else stiffness,
                     deflection(stage, planet, phi),
                     mesh=mesh_name(f"{stage.name}.{gear}", f"{stage.name}.{planet}"),
                 )
                 for gear, stiffness, deflection in (
-                    ("sun", stage.sun_meshes, sun_mesh),
-                    ("ring", stage.ring_meshes, ring_mesh),
+                    ("sun", stage.sun_mesh_stiffness, sun_mesh),
+                    ("ring", stage.ring_mesh_stiffness, ring_mesh),
                 )
             ),
             *_bearing(
-                stage.planet_support,
+                bearing,
+                _own(stage.planet_bearing_damping),
                 _planet_bearing_radial(stage, planet, phi),
                 _planet_bearing_tangential(stage, planet, phi),
             ),
@@ -308,7 +326,7 @@ def _plane_inertias(at: str, mass: float, rotary: float) -> list[tuple[str, floa
 
 def sun_mesh(stage: PlanetaryStage, planet: str, phi: float) -> Deflection:
     """δ_sp = v_s cos φ_sp − u_s sin φ_sp − u_p sin α_s − v_p cos α_s + w_s + w_p (Eq. 1)."""
-    alpha = stage.sun_mesh_angle
+    alpha, _ = raw.mesh_angles(stage)
     phi_sp = phi - alpha
     at = stage.name
     return {
@@ -323,7 +341,7 @@ def sun_mesh(stage: PlanetaryStage, planet: str, phi: float) -> Deflection:
 
 def ring_mesh(stage: PlanetaryStage, planet: str, phi: float) -> Deflection:
     """δ_rp = v_r cos φ_rp − u_r sin φ_rp + u_p sin α_r − v_p cos α_r + w_r − w_p (Eq. 1)."""
-    alpha = stage.ring_mesh_angle
+    _, alpha = raw.mesh_angles(stage)
     phi_rp = phi + alpha
     at = stage.name
     return {
@@ -352,7 +370,8 @@ def _planet_bearing_tangential(stage: PlanetaryStage, planet: str, phi: float) -
 
 
 def _hub(
-    ratios: Mapping[tuple[str, str], float],
+    drivetrain: Drivetrain,
+    sides: Mapping[str, float],
     coupling: Coupling,
     ends: Sequence[tuple[str, float | str]],
     share: float,
@@ -362,22 +381,31 @@ def _hub(
     springs: list[Spring] = []
     ties: list[tuple[str, tuple[str, float]]] = []
     for body, stiffness in ends:
-        ratio = ratios[coupling.name, body]
+        ratio = raw.hub_ratio(drivetrain, sides, coupling, body)
         if not isinstance(stiffness, str):
             springs.append(Spring(stiffness, {f"{body}.w": ratio, hub: -1.0}))
         elif ties:
             ties.append((f"{body}.w", (hub, 1.0 / ratio)))
         else:
             ties.append((hub, (f"{body}.w", ratio)))
-    return Lumped(((hub, share * coupling.hub_mass),), tuple(springs), tuple(ties))
+    inertia = raw.over_r2(coupling, "inertia", coupling.radius)
+    return Lumped(((hub, share * inertia),), tuple(springs), tuple(ties))
 
 
-def _translations(drivetrain: Drivetrain, coupling: Coupling) -> Lumped:
-    """Springs δ = q_first − (±q_second) between two bodies' translations, or ties."""
+def _translations(drivetrain: Drivetrain, sides: Mapping[str, float], coupling: Coupling) -> Lumped:
+    """Springs δ = q_first − (±q_second) between two bodies' translations, or ties.
+
+    The first transverse direction is everybody's; the others turn with the side a part is seen
+    from.
+    """
+    both = coupling.first, coupling.second
+    turned = sides[raw.split(both[0])[0]] * sides[raw.split(both[1])[0]]
     springs: list[Spring] = []
     ties: list[tuple[str, tuple[str, float]]] = []
     for dof, translation in coupling.dofs.items():
-        first, second, sign = translation_ends(drivetrain, coupling, dof)
+        direction = raw.SIDEWAYS[dof]
+        first, second = (raw.translation_label(drivetrain, body, direction) for body in both)
+        sign = 1.0 if direction == 1 else turned
         if isinstance(translation.stiffness, str):
             ties.append((second, (first, sign)))
         else:

@@ -12,11 +12,13 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Protocol
 
+import numpy as np
+
 from fbs import CoupledFrf, Frf, couple, couple_chain, direct_frf, modal_frf
 from mbs_models.model.parameters import Drivetrain
 
 from ..arrays import FloatArray
-from ..errors import CommandError
+from ..errors import CommandError, ill_conditioned
 from .source import Source, Synthesis, equations_source, exudyn_source
 
 Labels = Sequence[str] | None
@@ -54,8 +56,17 @@ class MatrixRoute:
     modal: bool = False
 
     def frf(self, lines: FloatArray, responses: Labels = None, excitations: Labels = None) -> Frf:
-        """Receptances on some lines (Hz) between labels (None: all there are)."""
-        frf = self.solve(lines)
+        """Receptances on some lines (Hz) between labels (None: all there are).
+
+        Raises
+        ------
+        FbsError, CommandError
+            There is no finite FRF, or the matrices are too badly conditioned.
+        """
+        try:
+            frf = self.solve(lines)
+        except np.linalg.LinAlgError as error:
+            raise ill_conditioned(self.name, error) from error
         if (responses, excitations) in ((None, None), (frf.responses, frf.excitations)):
             return frf
         return frf.select(responses, excitations)
@@ -77,7 +88,7 @@ def fbs_route(source: Source, synthesis: Synthesis = direct_frf) -> MatrixRoute:
 
 
 def substituted_route(source: Source, files: Mapping[str, Frf]) -> MatrixRoute:
-    """FBS with some parts' FRFs from files; its lines must be a stretch of theirs."""
+    """FBS with some parts' FRFs from files; its lines must be among theirs."""
     return MatrixRoute(
         f"FBS with {', '.join(files)} from file",
         lambda lines: couple_stages(source, lines, files=files).frf,
@@ -93,7 +104,7 @@ def couple_stages(
     """The parts' FRFs, a source's or from files, coupled at the hubs."""
     given = files or {}
     parts = {
-        part.name: given[part.name].band(lines[0], lines[-1])
+        part.name: given[part.name].at_lines(lines)
         if part.name in given
         else synthesis(source.stage(part.name), lines)
         for part in source.drivetrain.parts

@@ -20,7 +20,7 @@ from . import frf_input
 from .frf_input import NOTHING_SAID, FileOptions
 from .routes import known_part
 from .source import Source, equations_source
-from .substitution_checks import implausible
+from .substitution_checks import dead, implausible
 
 ROUNDED = 1e-6  # of 1, in single precision
 SAME_STEP = 1e-9  # relative: the round-off of decimal input
@@ -171,6 +171,7 @@ def _substitution(
     notes = [
         *measured.notes,
         *_notes(static, unknown),
+        *dead(known, system),
         *_unused(coherence, averages),
         *implausible(found, known, own, interface),
     ]

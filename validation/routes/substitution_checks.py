@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from fbs import Frf
+from fbs import Frf, SecondOrderSystem, direct_frf
 from fbs.files.measurement import few
-from fbs.measured.quality import NOISE, Defect, Quality, passivity_defect
+from fbs.measured.quality import NOISE, Defect, Quality, passivity_defect, zeros
 
 from ..arrays import FloatArray
 
@@ -50,6 +50,29 @@ def implausible(found: Quality, frf: Frf, model: Frf, interface: Sequence[str]) 
     return tuple(warning for warning in warnings if warning)
 
 
+def dead(frf: Frf, model: SecondOrderSystem) -> tuple[str, ...]:
+    """FRFs of a part that are zero at every line and not in the model, in words."""
+    still = zeros(frf)
+    if not still:
+        return ()
+    responses, excitations = (list(dict.fromkeys(labels)) for labels in zip(*still, strict=True))
+    by_symmetry = zeros(direct_frf(model, frf.frequency, responses, excitations))
+    found = [pair for pair in still if pair not in by_symmetry]
+    return (f"zero at every line, a dead channel? {_some(channels(frf, found))}",) if found else ()
+
+
+def channels(frf: Frf, pairs: Sequence[tuple[str, str]]) -> tuple[str, ...]:
+    """Names for some FRFs: of a whole response or excitation, or one by one."""
+    of = frozenset(pairs)
+    rows = [i for i in frf.responses if all((i, j) in of for j in frf.excitations)]
+    columns = [j for j in frf.excitations if all((i, j) in of for i in frf.responses)]
+    return (
+        *(f"response {i}" for i in rows),
+        *(f"excitation {j}" for j in columns),
+        *(f"{i} ← {j}" for i, j in pairs if i not in rows and j not in columns),
+    )
+
+
 def _defects(found: Quality, what: str, words: str, labels: Sequence[str]) -> str:
     """The defects of a kind at any of the labels."""
     concerned = [d for d in found.defects if d.what == what and set(d.labels) & set(labels)]
@@ -61,6 +84,8 @@ def _defects(found: Quality, what: str, words: str, labels: Sequence[str]) -> st
 
 def _active_matrix(frf: Frf, interface: Sequence[str]) -> str:
     """An interface matrix that puts out energy, though each of its drive points may not."""
+    still = zeros(frf)
+    interface = [label for label in interface if (label, label) not in still]
     if len(interface) < 2:
         return ""
     defect = passivity_defect(frf, interface)

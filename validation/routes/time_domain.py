@@ -18,7 +18,7 @@ from mbs_models.errors import OrbitError
 from mbs_models.model.parameters import Damping, Drivetrain
 
 from ..arrays import BoolArray, FloatArray
-from .comparable_lines import describe, known, within_range
+from .comparable_lines import KNOWN_TO, describe, known, within_range
 from .routes import Labels, fbs_route
 
 if TYPE_CHECKING:
@@ -37,6 +37,8 @@ RAYLEIGH = (0.005, 40.0, 1000.0)  # damping ratio, at these two frequencies (Hz)
 AMPLITUDES = (1e-8, 1e-6)
 # DoFs that symmetry keeps still: their FRF is zero, and what moves them is not linear.
 ZERO = 1e-9
+CLOSED = 1e-6  # of a motion: how far an orbit's ends may be apart
+LARGEST_ERROR = 1e-2  # CLOSED, 80 dB below the peak
 
 
 def rayleigh_damping(ratio: float, first: float, second: float) -> Damping:
@@ -134,6 +136,8 @@ def time_domain(
     unknown = record.unknown()[:, responding]
     compared = within_range(np.abs(expected)) | known(record.frequency, np.abs(found), unknown)
     ratio = np.where(compared, found / np.where(compared, expected, 1.0), 1.0)
+    decibels, degrees = np.abs(20.0 * np.log10(np.abs(ratio))), np.abs(np.angle(ratio, deg=True))
+    allowed = own_error(np.abs(expected))
     return TimeDomain(
         routes=(reference.name, route.name),
         excitation=excitation,
@@ -147,9 +151,27 @@ def time_domain(
         closure=record.closure,
         even_share=record.even_share,
         compared=compared,
-        worst_db=np.abs(20.0 * np.log10(np.abs(ratio))).max(axis=0),
-        worst_degrees=np.degrees(np.abs(np.angle(ratio))).max(axis=0),
+        worst_db=decibels.max(axis=0),
+        worst_degrees=degrees.max(axis=0),
+        db_share=(decibels / (20.0 * np.log10(1.0 + allowed))).max(axis=0),
+        degree_share=(degrees / np.degrees(allowed)).max(axis=0),
     )
+
+
+def own_error(size: FloatArray) -> FloatArray:
+    """What an FRF from time may be off by, relative: 2 `KNOWN_TO` + `CLOSED` · peak/|H|, ≤ 1 %.
+
+    A line is known to `KNOWN_TO` by the record, and no worse by its reference; the orbit is closed
+    to `CLOSED` of each motion, most of which is at the peak. Lines so far below the peak that this
+    is more than 1 % are compared only where they are better known.
+
+    Parameters
+    ----------
+    size
+        (n_line, n_label) |H|.
+    """
+    below = size.max(axis=0) / np.maximum(size, np.finfo(float).tiny)
+    return np.asarray(np.minimum(2.0 * KNOWN_TO + CLOSED * below, LARGEST_ERROR))
 
 
 def even_amplitudes(
@@ -194,6 +216,8 @@ class TimeDomain:
         (n_line, n_label) the comparable lines.
     worst_db, worst_degrees
         (n_label,) largest differences over the lines compared.
+    db_share, degree_share
+        (n_label,) the same over what the run's own error allows at each line.
     """
 
     routes: tuple[str, str]
@@ -210,6 +234,8 @@ class TimeDomain:
     compared: BoolArray
     worst_db: FloatArray
     worst_degrees: FloatArray
+    db_share: FloatArray
+    degree_share: FloatArray
 
     @property
     def comparable(self) -> str:

@@ -22,6 +22,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from ..errors import CommandError
+from .interruption import interrupts_later
 
 KINDS = "processes, serial, mpi, or the scheduler of a dask cluster as tcp://host:port"
 OURS = ("processes", "serial", "mpi")
@@ -135,33 +136,21 @@ def process_pool(workers: int, *, apart: bool = False) -> Iterator[Workers]:
         workers, mp_context=context, initializer=_begin, initargs=(workers, parent)
     )
     try:
-        with _ctrl_c_waiting():
+        with interrupts_later():
             for _ in range(workers):  # each submission starts a process
                 pool.submit(int)
         yield Workers(pool, workers)
     except BaseException:
-        ours.close()  # ends them in the midst of what they compute
+        ours.close()  # ends them in the midst of what they compute, or of a result they send
+        # whose rest the pool waits for as long as anybody could send it, and we could
+        pool._result_queue._writer.close()  # type: ignore[attr-defined]
         raise
     finally:
-        pool.shutdown(cancel_futures=True)
-        parent.close()
-        ours.close()
-
-
-@contextmanager
-def _ctrl_c_waiting() -> Iterator[None]:
-    """Ctrl-C comes when this is over; never to processes started meanwhile, which inherit it.
-
-    A terminal sends it to them too, and Python would end in a traceback in the midst of its start.
-    """
-    if not hasattr(signal, "pthread_sigmask"):  # Windows
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        try:
+            pool.shutdown(cancel_futures=True)
+        finally:
+            parent.close()
+            ours.close()
 
 
 def _begin(workers: int, parent: Connection) -> None:

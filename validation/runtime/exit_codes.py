@@ -15,7 +15,7 @@ from typing import Any, cast
 
 import typer
 
-from ..errors import CommandError
+from ..errors import CommandError, ill_conditioned
 from .interruption import Interrupted, every_interrupt, on_interrupt
 from .streams import message, prepare_streams, tell, to_nowhere
 
@@ -53,6 +53,9 @@ def _ended(app: typer.Typer, arguments: Sequence[str]) -> int:
         tell(message(usage_message(error, arguments)))
         return BAD_INPUT
     except Interrupted as interrupt:
+        # Python keeps in mind that an interrupt left an exec(), such as that of a dataclass which
+        # is being made, and lets `python -m` end by the signal at last; the next exec() forgets it
+        exec("")
         return _told(INTERRUPTED, f"interrupted; {interrupt}")
     except BrokenPipeError:
         raise
@@ -62,6 +65,8 @@ def _ended(app: typer.Typer, arguments: Sequence[str]) -> int:
         return _fault(error)
     except input_errors() as error:
         return _told(BAD_INPUT, str(error))
+    except linear_algebra_errors() as error:
+        return _told(BAD_INPUT, str(ill_conditioned("the model", error)))
     except OSError as error:  # the machine's: a disk, a limit, a stream
         sys.stdout.flush()  # raises if it is still that one
         where = error.filename or ("standard output" if error.errno in OF_STREAMS else "")
@@ -93,6 +98,13 @@ def input_errors() -> tuple[type[ValueError], ...]:
     from mbs_models.errors import ModelError
 
     return ModelError, FbsError, CommandError
+
+
+def linear_algebra_errors() -> type[ValueError]:
+    """What LAPACK's wrappers raise; looked up late, as above."""
+    from numpy.linalg import LinAlgError
+
+    return LinAlgError
 
 
 def usage_message(error: Any, arguments: Sequence[str]) -> str:

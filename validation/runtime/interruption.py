@@ -38,6 +38,47 @@ def on_interrupt(left: str) -> Iterator[None]:
 
 
 @contextmanager
+def interrupts_later() -> Iterator[None]:
+    """Hold Ctrl-C and SIGTERM until this is over; Ctrl-C never comes to processes started inside.
+
+    An interrupt between the taking of a lock and what lets go of it leaves it taken, in the
+    standard library's executors, too; and a terminal sends Ctrl-C to a process that has just begun,
+    which would end in a traceback.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield  # there are none
+        return
+    heard: list[int] = []
+    handlers = {
+        number: handler
+        for number in (signal.SIGINT, signal.SIGTERM)
+        if (handler := signal.getsignal(number)) is not None  # not Python's
+    }
+    for number in handlers:
+        signal.signal(number, lambda number, _: heard.append(number))
+    try:
+        with _kept_from_children():
+            yield
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+        if heard:
+            signal.raise_signal(heard[0])
+
+
+@contextmanager
+def _kept_from_children() -> Iterator[None]:
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # which they inherit
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
 def every_interrupt() -> Iterator[None]:
     """Let no Ctrl-C inside get lost, nor pass for something else; SIGTERM is one, too.
 
@@ -55,6 +96,7 @@ def every_interrupt() -> Iterator[None]:
         yield  # there are none
         return
     heard = False
+    timers: list[threading.Timer] = []
 
     def noting(number: int, frame: FrameType | None) -> None:
         nonlocal heard
@@ -68,6 +110,7 @@ def every_interrupt() -> Iterator[None]:
         later = threading.Timer(AGAIN_SECONDS, signal.raise_signal, (signal.SIGINT,))
         later.daemon = True
         later.start()
+        timers.append(later)
 
     signal.signal(signal.SIGINT, noting)
     ended = signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
@@ -81,4 +124,9 @@ def every_interrupt() -> Iterator[None]:
     finally:
         sys.unraisablehook = hook
         signal.signal(signal.SIGTERM, ended)
+        # what is still to be raised again would end the process, which ends already
+        signal.signal(signal.SIGINT, lambda *_: None)
+        for timer in timers:
+            timer.cancel()
+            timer.join()
         signal.signal(signal.SIGINT, handler)

@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import (
-    FIRST_COMPLETED,
-    BrokenExecutor,
-    Executor,
-    Future,
-    wait,
-)
+from concurrent.futures import BrokenExecutor, Executor, Future
 from dataclasses import dataclass
 from itertools import islice
-from typing import Generic, TypeVar
+from queue import Empty, SimpleQueue
+from typing import Any, Generic, TypeVar
 
 from ..errors import CommandError
 from .executors import Workers, process_pool
+from .interruption import interrupts_later
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -79,32 +75,61 @@ def computed(
     in_flight = max(IN_FLIGHT, 4 * workers.count)
     waiting = iter(pieces.items())
     running: dict[Future[Result], str] = {}
+    done: SimpleQueue[Future[Result]] = SimpleQueue()
     lost: dict[str, str] = {}  # and why
     while True:
         for key, items in islice(waiting, in_flight - len(running)):
             try:
-                running[executor.submit(work.evaluate, items)] = key
+                running[_submitted(executor, done, work.evaluate, items)] = key
             except BrokenExecutor as error:
                 lost[key] = _reason(error)
         if not running:
             break
-        done = wait(running, timeout=POLL, return_when=FIRST_COMPLETED).done
-        if not done and (why := workers.gone()):
-            lost |= dict.fromkeys(running.values(), why)
-            break
-        for future in done:
-            key = running.pop(future)
-            try:
-                yield key, future.result()
-            except Exception as error:  # each executor has its own for a worker that is gone
-                # what is wrong with the items themselves shows again below
-                lost[key] = _reason(error)
+        try:
+            future = done.get(timeout=POLL)
+        except Empty:
+            if why := workers.gone():
+                lost |= dict.fromkeys(running.values(), why)
+                break
+            continue
+        key = running.pop(future)
+        try:
+            result = future.result()
+        except Exception as error:  # each executor has its own for a worker that is gone
+            # what is wrong with the items themselves shows again below
+            lost[key] = _reason(error)
+            continue
+        yield key, result
     if lost:
         reason = next(iter(lost.values()))
         again = {key: pieces[key] for key in (*lost, *(key for key, _ in waiting))}
         n = sum(map(len, again.values()))
         warn(f"{n} {work.noun} were lost with their workers and are computed again: {reason}")
         yield from _again(work, again)
+
+
+def _submitted(
+    executor: Executor,
+    done: SimpleQueue[Future[Result]],
+    function: Callable[..., Result],
+    *arguments: Any,
+) -> Future[Result]:
+    """A call, which comes to a queue when it is done.
+
+    An interrupt may end the waiting for a queue of this kind, but not that for a future: it may
+    leave the lock taken that the executor needs to end.
+    """
+    with interrupts_later():
+        future = executor.submit(function, *arguments)
+        future.add_done_callback(done.put)
+    return future
+
+
+def _waited(executor: Executor, function: Callable[..., Result], *arguments: Any) -> Result:
+    """The result of one call."""
+    done: SimpleQueue[Future[Result]] = SimpleQueue()
+    _submitted(executor, done, function, *arguments)
+    return done.get().result()
 
 
 def _reason(error: Exception) -> str:
@@ -124,7 +149,7 @@ def _again(
             while waiting:
                 key, items = waiting.pop(0)
                 try:
-                    piece = workers.executor.submit(work.evaluate, items).result()
+                    piece = _waited(workers.executor, work.evaluate, items)
                 except BrokenExecutor:
                     yield key, work.joined([_alone(work, item) for item in items])
                     break
@@ -134,7 +159,7 @@ def _again(
 def _require_start(executor: Executor) -> None:
     """Tell processes that die of their items from those that never begin."""
     try:
-        executor.submit(int).result()
+        _waited(executor, int)
     except BrokenExecutor as error:
         raise CommandError(
             "worker processes die as they start; a script that computes with processes needs its "
@@ -147,6 +172,6 @@ def _alone(work: Work[Item, Result], item: Item) -> Result:
     with process_pool(1, apart=True) as workers:
         assert workers.executor is not None
         try:
-            return workers.executor.submit(work.evaluate, (item,)).result()
+            return _waited(workers.executor, work.evaluate, (item,))
         except BrokenExecutor:
             return work.failed(item, "the process that computed it died")

@@ -12,6 +12,7 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter, NullLo
 from ..arrays import FloatArray, IndexArray
 from .result import SweepResult
 
+MANY = 5000  # points: drawn as an image, for each would be an element of the page
 FEW = 12  # values that each get a tick
 ROUND_OFF = 1e-9  # a metric that varies less is constant
 

@@ -27,7 +27,7 @@ from ..report.style import (
     VERMILLION,
     WIDTH,
 )
-from .axes import constant_limits, logarithmic, metric_axis, parameter_axis, varying
+from .axes import MANY, constant_limits, logarithmic, metric_axis, parameter_axis, varying
 from .grid_figures import Rows, draw_frfs, draw_metrics, metric_panels
 from .metrics import decibels
 from .result import SweepResult
@@ -156,16 +156,18 @@ def _loci(sweep: SweepResult, figure: Figure) -> None:
     """Natural frequencies over each parameter that varies (up to four), coloured by kind."""
     shown = varying(sweep)[:4]
     ok = sweep.results.ok
-    frequency, kind = sweep.results.frequency_hz[ok], sweep.results.kind[ok]
+    every = sweep.results.frequency_hz
+    found = (every > 0.0) & ok[:, None]
     all_axes = figure.subplots(1, len(shown), sharey=True, squeeze=False)[0]
     for k, axes in zip(shown, all_axes, strict=True):
-        values = np.broadcast_to(sweep.values[ok, k][:, None], frequency.shape)
+        values = np.broadcast_to(sweep.values[:, k, None], every.shape)
         for name, color in KIND_COLORS.items():
-            mask = (kind == str(name)) & (frequency > 0.0)
+            mask = (sweep.results.kind == str(name)) & found
             if mask.any():
                 axes.plot(
-                    values[mask], frequency[mask], ".", ms=5, color=color, label=str(name), mew=0
-                )
+                    values[mask], every[mask], ".", ms=5, color=color, label=str(name), mew=0,
+                    rasterized=found.sum() > MANY,
+                )  # fmt: skip
         parameter_axis(axes, sweep.parameter_labels[k], sweep.values[ok, k], vertical=False)
     all_axes[0].set(ylabel="Natural frequency (Hz)", title=sweep.title)
     handles, labels = all_axes[0].get_legend_handles_labels()

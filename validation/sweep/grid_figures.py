@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
-from ..arrays import IndexArray
+from ..arrays import FloatArray, IndexArray
 from ..report.figure import frequency_axis, level_axis
 from ..report.frf_panel import Curve, FrfPanel, draw_magnitude
 from ..report.style import (
@@ -18,6 +18,7 @@ from ..report.style import (
     along_axis,
 )
 from .axes import (
+    MANY,
     Family,
     families,
     graded_colors,
@@ -153,16 +154,25 @@ def metric_panels(figure: Figure, count: int) -> list[Axes]:
 
 
 def _metric_curves(sweep: SweepResult, axes: Axes, name: str, members: Sequence[Family]) -> None:
-    main, column = main_parameter(sweep), sweep.metrics[name]
-    named = 1 < len(members) <= LABELLED
-    colors = graded_colors(len(members)) if len(members) <= LABELLED else [MUTED] * len(members)
-    for family, color in zip(members, colors, strict=True):
-        values = sweep.values[family.rows, main]
-        label = family.label if named else None
-        axes.plot(values, column[family.rows], ".-", color=color, ms=3, lw=0.8, label=label)
+    """A curve for each family; more than can be told apart are drawn as one with gaps."""
+    main = main_parameter(sweep)
     rows = np.concatenate([family.rows for family in members])
-    parameter_axis(axes, sweep.parameter_labels[main], sweep.values[rows, main], vertical=False)
-    metric_axis(axes, sweep.metric_labels[name], column[rows], vertical=True)
+    x, y = sweep.values[rows, main], sweep.metrics[name][rows]
+    ends = np.cumsum([len(family.rows) for family in members])[:-1]
+
+    def curve(x: FloatArray, y: FloatArray, color: object, label: str | None = None) -> None:
+        many = len(rows) > MANY
+        axes.plot(x, y, ".-", color=color, ms=3, lw=0.8, label=label, rasterized=many)
+
+    if len(members) > LABELLED:
+        curve(np.insert(x, ends, np.nan), np.insert(y, ends, np.nan), MUTED)
+    else:
+        labels = [family.label if len(members) > 1 else None for family in members]
+        colors = graded_colors(len(members))
+        for part in zip(np.split(x, ends), np.split(y, ends), colors, labels, strict=True):
+            curve(*part)
+    parameter_axis(axes, sweep.parameter_labels[main], x, vertical=False)
+    metric_axis(axes, sweep.metric_labels[name], y, vertical=True)
 
 
 def _metric_map(

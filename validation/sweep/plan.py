@@ -12,15 +12,18 @@ from numpy.typing import NDArray
 
 from fbs.errors import unknown_dof
 from mbs_models.model.parameters import Drivetrain
+from mbs_models.stages.part import Kind
 
 from ..arrays import BoolArray, FloatArray
 from ..errors import CommandError
 from ..routes.bands import Band
 from ..routes.memory import MOST_BYTES
+from ..routes.model_parameters import model_data
 from .metrics import Metric, ModeMetric, columns, metrics
-from .parameters import Samples, Values, model_data
+from .parameters import Samples, Values
 
 MOST_MODES = 1000
+KIND = np.dtype(f"U{max(map(len, Kind))}")
 REFERENCE_STEP = 1e3  # reference springs of one sweep are this factor apart
 
 
@@ -116,14 +119,8 @@ def sweep_plan(
             if label not in known:
                 raise unknown_dof(label, tuple(known), "the drivetrain")
     frequency = band.frequency() if pair else None
-    if frequency is not None and not streamed:
-        size = 8.0 * len(samples.rows) * len(frequency)
-        if size > MOST_BYTES:
-            raise CommandError(
-                f"{len(samples.rows)} samples of {len(frequency)} lines take {size / 1e9:.1f} "
-                f"GB, more than {MOST_BYTES / 1e9:g} GB; give a larger --df, a narrower band or "
-                "fewer samples, or --stream to write them to disk piece by piece"
-            )
+    n_kept = 0 if frequency is None or streamed else len(frequency)
+    _require_memory(len(samples.rows), n_kept, n_modes)
     springs = {
         f"{c.name}.{key}"
         for c in drivetrain.couplings
@@ -139,6 +136,18 @@ def sweep_plan(
         model, samples.paths, anchors, band, response, excitation, n_modes, route,
         metrics(asked, frequency),
     )  # fmt: skip
+
+
+def _require_memory(n_samples: int, n_lines: int, n_modes: int) -> None:
+    """Refuse a table that takes more than `MOST_BYTES`."""
+    size = n_samples * (8.0 * n_lines + (8.0 + KIND.itemsize) * n_modes)
+    if size > MOST_BYTES:
+        stream = ", or --stream to write lines to disk piece by piece" if n_lines else ""
+        raise CommandError(
+            f"{n_samples} samples of {n_lines} lines and {n_modes} modes take {size / 1e9:.1f} "
+            f"GB, more than {MOST_BYTES / 1e9:g} GB; give a larger --df, a narrower band, fewer "
+            f"--modes or fewer samples{stream}"
+        )
 
 
 def dof_pair(response: str | None, excitation: str | None) -> tuple[str, str] | None:
@@ -197,7 +206,7 @@ def blank(plan: SweepPlan, n_samples: int, magnitude: FloatArray | None = None) 
         np.full(n_samples, "ok"),
         magnitude,
         np.full((n_samples, plan.n_modes), np.nan),
-        np.full((n_samples, plan.n_modes), "", dtype="U24"),
+        np.full((n_samples, plan.n_modes), "", dtype=KIND),
         np.full((n_samples, len(columns(plan.metrics))), np.nan),
     )
 

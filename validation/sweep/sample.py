@@ -27,19 +27,20 @@ from mbs_models.model.parameters import Coupling, Drivetrain
 from mbs_models.model.placement import hub_ratios
 
 from ..arrays import FloatArray
-from ..errors import CommandError
+from ..errors import CommandError, ill_conditioned
+from ..routes.model_parameters import Step, changed, steps_to
 from ..routes.modes import damped_modes
 from ..routes.routes import source_by_name
 from ..routes.source import Source
 from .interface import Interface
 from .metrics import Findings, FoundModes
-from .parameters import Step, Values, changed, steps_to
+from .parameters import Values
 from .plan import SampleResults, SweepPlan, base_values, blank
 
 T = TypeVar("T")
 
 BASES, PARTS = 2, 24  # FRFs remembered: samples come sorted by what they share
-FAILURES = (CommandError, ModelError, FbsError)
+FAILURES = (CommandError, ModelError, FbsError, np.linalg.LinAlgError)
 INFINITE = "the FRF is infinite: a line lies on an undamped pole"
 
 
@@ -74,6 +75,8 @@ def evaluate(plan: SweepPlan, samples: Sequence[Values]) -> SampleResults:
 
 
 def _in_one_line(error: Exception) -> str:
+    if isinstance(error, np.linalg.LinAlgError):
+        error = ill_conditioned("the sample", error)
     return " ".join(str(error).split())
 
 

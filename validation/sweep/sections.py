@@ -20,8 +20,8 @@ from ..report.page import (
     model_section,
     source_of,
 )
+from ..routes.model_parameters import known_parameters
 from .describe import describe_sample, describe_value, failures, hints, method, verdict
-from .parameters import known_parameters
 from .result import SweepResult
 
 MOST_FAILURES = 20  # in the page

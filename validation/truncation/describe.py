@@ -25,6 +25,9 @@ def verdict(result: TruncationResult) -> str:
     end = f"to {result.plan.band.fmax:g} Hz"
     if not result.agrees:
         return f"A true error exceeds its bound: the guarantee is broken, {kept} {end}"
+    if np.all(result.unreachable):
+        asked = error_words(result, result.plan.tolerance.value)
+        return f"No basis is guaranteed to meet {asked} {end}: round-off of all modes is more"
     if not np.isfinite(result.guaranteed):
         return f"No guarantee {end}, not even with {kept}"
     found = error_words(result, result.guaranteed)
@@ -127,7 +130,7 @@ def _cell(result: TruncationResult, error: float, found: BasisErrors) -> str:
 def line_table(result: TruncationResult) -> Table:
     """Lines without a guarantee, FRF by FRF, and why."""
     rows = []
-    for frf in result.frfs:
+    for frf, lost in zip(result.frfs, result.unreachable, strict=True):
         for reason, words in REASONS.items():
             at = np.flatnonzero(result.reason == reason)
             if at.size:
@@ -136,6 +139,10 @@ def line_table(result: TruncationResult) -> Table:
         if deep.any():
             words = "an antiresonance deeper than the bound: no error in dB"
             rows.append(_lines_row(result, frf, np.flatnonzero(deep), words))
+        beyond = lost & np.isfinite(frf.bound)
+        if beyond.any():
+            words = "a bound, but beyond the tolerance: round-off of all modes is"
+            rows.append(_lines_row(result, frf, np.flatnonzero(beyond), words))
     return Table(
         ("FRF", "lines", "where, Hz", "why"), tuple(rows), frozenset({1}),
         empty="Every line of every FRF has its bound.",

@@ -64,6 +64,7 @@ def truncation_document(result: TruncationResult, made: Provenance) -> dict[str,
                 "bound": rounded_lists(frf.bound, CURVE_DIGITS),
                 "true_error": rounded_lists(frf.error, CURVE_DIGITS),
                 "unreachable_lines": int(lost.sum()),
+                "unreachable_hz": result.frequency[lost],
             }
             for frf, lost in zip(result.frfs, result.unreachable, strict=True)
         ],

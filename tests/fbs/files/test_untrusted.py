@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import os
 import pickle
+import sys
 import tracemalloc
 import zipfile
 import zlib
@@ -193,6 +194,27 @@ HARM = [
     (large, "it has 8.19e.03 GiB; at most 4 GiB are read"),
     (deep, "there are no rows below the header"),
 ]
+
+
+@pytest.mark.parametrize(
+    ("program", "words"),
+    [
+        ("import os; os.abort()", r"the file is damaged \(HDF5 ends with it, -6\)"),
+        ("import time; time.sleep(60)", r"the file is damaged \(HDF5 is not done with it"),
+    ],
+)
+def test_a_file_that_ends_hdf5s_library_ends_nothing_else(
+    program: str, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What damaged files do to it, done by an h5py of that name."""
+    (tmp_path / "h5py.py").write_text(program)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "h5py", raising=False)
+    monkeypatch.setattr("fbs.files.hdf5.LONGEST", 5.0)
+    path = tmp_path / "x.mat"
+    path.write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(100))
+    with pytest.raises(FbsError, match=words):
+        read_frf(path)
 
 
 @pytest.mark.parametrize(("made", "words"), HARM)

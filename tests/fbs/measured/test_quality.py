@@ -14,6 +14,7 @@ from fbs.measured.quality import (
     quality,
     reciprocity_defect,
     rigid_accelerance,
+    zeros,
 )
 
 AXIS = frequency_axis(1, 400, 1)
@@ -77,6 +78,17 @@ def test_units_of_a_dof_do_not_count() -> None:
         passivity_defect(changed(GOOD, "b", "b", -1.0, slice(0, 400)), LABELS),
         atol=1e-9,
     )
+
+
+def test_a_dead_channel_is_named_and_has_no_other_defect() -> None:
+    dead = changed(GOOD, "b", "b", 0.0, slice(None))
+    for other in ("a", "c"):
+        dead = changed(changed(dead, "b", other, 0.0, slice(None)), other, "b", 0.0, slice(None))
+    pairs = {("b", "b"), ("a", "b"), ("b", "a"), ("c", "b"), ("b", "c")}
+    assert zeros(GOOD) == ()
+    assert set(zeros(dead)) == pairs
+    with np.errstate(divide="raise", invalid="raise"):
+        assert quality(dead).defects == ()
 
 
 def test_coherence() -> None:

@@ -21,10 +21,11 @@ from mbs_models.model.model_file import load
 from mbs_models.model.parameters import Drivetrain
 from validation.errors import CommandError
 from validation.routes.bands import Band
+from validation.routes.model_parameters import changed, model_data, steps_to
 from validation.routes.source import equations_source, exudyn_source
 from validation.runtime.executors import Workers, process_pool
 from validation.sweep import sample as sweep_sample
-from validation.sweep.parameters import Samples, Values, changed, model_data, samples_of, steps_to
+from validation.sweep.parameters import Samples, Values, samples_of
 from validation.sweep.pieces import FIELDS, Pieces
 from validation.sweep.plan import SampleResults, SweepPlan, base_values, reference, sweep_plan
 from validation.sweep.run import sweep
@@ -522,8 +523,10 @@ def test_pieces_of_other_code_or_libraries_are_computed_again(
 def test_results_too_large_are_refused(paper: Any) -> None:
     found = Samples((SPRING,), ((1e5,),) * 100_000, sampled=False)
     with pytest.raises(
-        CommandError, match=r"12\.0 GB, more than 2 GB; give a larger --df.*--stream"
+        CommandError, match=r"12\.1 GB, more than 2 GB; give a larger --df.*--stream"
     ):
         sweep_plan(paper, found, Band(), PAIR)
     todo = sweep_plan(paper, found, Band(), PAIR, streamed=True)
     assert todo.n_lines == 15000
+    with pytest.raises(CommandError, match=r"of 0 lines and 1000 modes take 6\.4 GB.* --modes"):
+        sweep_plan(paper, found, Band(), n_modes=1000)

@@ -17,10 +17,11 @@ from mbs_models.model.parameters import Drivetrain
 from validation.cli import main
 from validation.errors import CommandError
 from validation.routes.bands import Band
+from validation.routes.model_parameters import changed, model_data, steps_to
 from validation.routes.source import equations_source
 from validation.sweep.figures import pictures
 from validation.sweep.metrics import Findings, columns, metrics
-from validation.sweep.parameters import changed, model_data, samples_of, steps_to
+from validation.sweep.parameters import samples_of
 from validation.sweep.plan import sweep_plan
 from validation.sweep.result import SweepResult
 from validation.sweep.run import sweep

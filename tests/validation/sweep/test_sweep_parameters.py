@@ -13,7 +13,8 @@ from mbs_models.model.model_file import load
 from mbs_models.model.parameters import Drivetrain, ParallelStage
 from validation.errors import CommandError
 from validation.routes.bands import Band
-from validation.sweep.parameters import changed, model_data, samples_of, steps_to
+from validation.routes.model_parameters import changed, model_data, steps_to
+from validation.sweep.parameters import samples_of
 from validation.sweep.plan import sweep_plan
 from validation.sweep.run import sweep
 

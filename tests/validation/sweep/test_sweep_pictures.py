@@ -112,6 +112,28 @@ def test_metrics_of_two_parameters_are_curves_or_a_map(damped: Any) -> None:
     np.testing.assert_array_equal(shown[1:], expected[1:])
 
 
+def test_many_points_are_an_image_and_many_families_one_curve(
+    damped: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A mark each of 100 000 samples was 30 MB of SVG."""
+    few = swept(damped, f"{SPRING}=1e5:1e7:3log", "reducer.pinion.mass=1:3:4")
+    assert "<image" not in {p.file: p.text for p in pictures(few)}["metrics.svg"]
+    for module in ("figures", "grid_figures"):
+        monkeypatch.setattr(f"validation.sweep.{module}.MANY", 11)
+    drawn = {picture.file: picture.text for picture in pictures(few)}
+    assert "<image" in drawn["metrics.svg"]
+    assert "<image" in drawn["frequencies.svg"]
+    many = swept(
+        damped, f"{SPRING}=1e5,1e6,1e7", "reducer.pinion.mass=1,2,3", "reducer.wheel.mass=1,2,3,4"
+    )
+    figure = Figure()
+    draw_metrics(many, figure, {"level_100_db": np.arange(36)})
+    (curve,) = (line for line in figure.axes[0].lines if len(np.asarray(line.get_xdata())) > 2)
+    column = many.metrics["level_100_db"]
+    gaps = [[*column[family.rows], np.nan] for family in families(many, np.arange(36))]
+    np.testing.assert_array_equal(np.asarray(curve.get_ydata()), np.concatenate(gaps)[:-1])
+
+
 def test_three_parameters_are_drawn_as_well(damped: Any) -> None:
     found = swept(
         damped, f"{SPRING}=1e5,1e6,1e7", "reducer.pinion.mass=1,2,3", "reducer.wheel.mass=1,2,3"

@@ -17,7 +17,7 @@ from validation.errors import CommandError
 from validation.report.publish import publish
 from validation.routes.bands import Band
 from validation.runtime.progress import silent
-from validation.truncation.describe import verdict
+from validation.truncation.describe import line_table, verdict
 from validation.truncation.plan import plan
 from validation.truncation.run import run
 
@@ -92,9 +92,23 @@ def test_lines_that_no_basis_meets_are_told() -> None:
     assert found.agrees
     assert found.unreachable.all()
     assert not found.meets
-    assert verdict(found).endswith("but for lines lost in round-off")
+    assert verdict(found) == (
+        "No basis is guaranteed to meet 1e-12 dB to 4000 Hz: round-off of all modes is more"
+    )
+    assert len(line_table(found).rows) == len(found.frfs)
     conclusions = [words for words in found.page().conclusions if isinstance(words, str)]
     assert any("below what round-off leaves" in words for words in conclusions)
+
+
+def test_some_lines_may_be_lost() -> None:
+    found = run(plan(load("paper"), band_text="1:4000:1", tolerance="1e-5dB"), silent)
+    lost = found.unreachable.any(axis=0)
+    assert 0 < lost.sum() < 10
+    assert found.guaranteed <= 1e-5
+    assert verdict(found).endswith("but for lines lost in round-off")
+    for frf, own in zip(found.frfs, found.unreachable, strict=True):
+        assert (frf.bound[~own] <= 1e-5).all()
+        assert (frf.error <= frf.bound).all()
 
 
 def test_files(paper: Any, tmp_path: Path) -> None:

@@ -51,11 +51,14 @@ async function readNpz(name, buffer) {
   const unit = arrays.get("unit");
   if (unit && words(unit)[0]) throw new Error(`is in ${words(unit)[0]}; write it in SI`);
   const given = arrays.get("quantity"), quantity = known(given ? words(given)[0] : "receptance");
+  const [byLine, byResponse, byExcitation] = strides(needed("values"));
   const frfs = responses.flatMap((response, i) => excitations.map((excitation, j) => {
-    /** @param {number} part */
-    const taken = (part) => Float64Array.from(frequency, (_, line) =>
-      values[2 * element(needed("values"), [line, i, j]) + part]);
-    return { response, excitation, quantity, curve: { re: taken(0), im: taken(1) } };
+    const re = new Float64Array(frequency.length), im = new Float64Array(frequency.length);
+    for (let line = 0, at = 2 * (i * byResponse + j * byExcitation); line < re.length; line++, at += 2 * byLine) {
+      re[line] = values[at];
+      im[line] = values[at + 1];
+    }
+    return { response, excitation, quantity, curve: { re, im } };
   }));
   return { name, frequency, frfs };
 }
@@ -65,10 +68,10 @@ async function readNpz(name, buffer) {
  *   fortran: boolean}} NpyArray
  */
 
-/** Where an element stands. @param {NpyArray} array @param {number[]} index */
-function element({ shape, fortran }, index) {
-  const axes = fortran ? [...shape.keys()].reverse() : [...shape.keys()];
-  return axes.reduce((at, axis) => at * shape[axis] + index[axis], 0);
+/** Elements from one to the next along each axis. @param {NpyArray} array */
+function strides({ shape, fortran }) {
+  return shape.map((_, axis) =>
+    (fortran ? shape.slice(0, axis) : shape.slice(axis + 1)).reduce((product, n) => product * n, 1));
 }
 
 /** @param {NpyArray} array */
@@ -155,6 +158,8 @@ function npy(buffer) {
   if (!descr) throw new Error("holds an array that is not plain numbers or text");
   const [, order, kind, digits] = descr, size = Number(digits), little = order !== ">";
   const count = shape.reduce((product, n) => product * n, 1), first = start + length;
+  const bytes = count * Math.max(1, kind === "U" ? 4 * size : size);
+  if (!(bytes <= buffer.byteLength - first)) throw new RangeError("has less than it says");
   if (kind === "U") {
     const texts = Array.from({ length: count }, (_, k) => Array.from({ length: size }, (_, c) =>
       String.fromCodePoint(view.getUint32(first + 4 * (k * size + c), little))).join("").replace(/\0+$/, ""));
@@ -168,7 +173,8 @@ function npy(buffer) {
   };
   const read = readers[`${complex ? "f" : kind}${width}`];
   if (!read) throw new Error(`holds an array of a kind that is not read here (${kind}${size})`);
-  const values = Float64Array.from({ length: count * (complex ? 2 : 1) }, (_, k) => read(first + width * k));
+  const values = new Float64Array(count * (complex ? 2 : 1));
+  for (let k = 0; k < values.length; k++) values[k] = read(first + width * k);
   return { values, texts: [], shape, complex, fortran };
 }
 

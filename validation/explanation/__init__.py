@@ -1,0 +1,1 @@
+"""`crosscheck explain`: which statement about the model would make two results equal."""
