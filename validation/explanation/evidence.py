@@ -18,6 +18,7 @@ from fbs import FbsError, Frf, SecondOrderSystem, synthesize
 from ..arrays import ComplexArray, FloatArray
 
 FLOOR = 1e-2  # of √(row's · column's norm) at a line: what lies 40 dB below counts as zero
+NOTHING = 1e-9  # of a line's largest FRF: what is zero by symmetry is round-off, 1e-16 of it or so
 NEGLIGIBLE = 1e-6  # of a residual: 2e-5 dB, the digits that files of FRFs are written with
 AUTOCORRELATION = 5.0  # standard deviations: one FRF of 3 million that are noise looks so
 ALIKE = 1e-8
@@ -149,7 +150,8 @@ class FrfEvidence:
     def _floor(self) -> FloatArray:
         size = np.abs(self.frf.values)
         rows, columns = (np.sqrt((size**2).sum(axis=axis)) for axis in (2, 1))
-        return np.asarray(FLOOR * np.sqrt(rows[:, :, None] * columns[:, None, :]))
+        own = FLOOR * np.sqrt(rows[:, :, None] * columns[:, None, :])
+        return np.asarray(own + NOTHING * size.max(axis=(1, 2), keepdims=True))
 
     def ours(self, system: SecondOrderSystem) -> ComplexArray:
         """The same FRFs of a system (m/N), kept for the last one."""
