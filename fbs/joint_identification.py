@@ -13,7 +13,10 @@ receptance R = Y_A + Y_B with the joint's impedance beside it,
 
 A spring and a dashpot are fitted to Z_J = k + jωc (diagonal entries) by weighted least squares, the
 weights the spread of each line that noise of the data has by the first-order changes of the two
-forms, δ(Y⁻¹) = −Y⁻¹ δY Y⁻¹. Lines are taken as independent.
+forms, δ(Y⁻¹) = −Y⁻¹ δY Y⁻¹. Lines are taken as independent, unless their misfits e_k are alike from
+line to line, ρ = Re Σ e_k* e_k+1 / Σ |e_k|² beyond the 2/√n of noise: n lines are then worth
+n (1 − ρ)/(1 + ρ) (Bartlett 1946, J. R. Stat. Soc. Suppl. 8, 27), so that a joint that is no spring
+is not told as a sharp one.
 """
 
 from __future__ import annotations
@@ -35,6 +38,9 @@ EPS = float(np.finfo(float).eps)
 CONFIDENCE = 0.95
 FOUND = 0.5
 """Half-width of the interval over the value: above, the data do not tell the value."""
+
+FEWEST = 8
+"""Lines whose correlation says anything: 2/√n is 0.7 there."""
 
 Pairs = Sequence[tuple[str, str]]
 
@@ -70,7 +76,8 @@ class Spring:
     stiffness, damping
         N/m, N s/m.
     stiffness_interval, damping_interval
-        Half-widths of the 95 % intervals; where the residual is above 1, as many times wider.
+        Half-widths of the 95 % intervals; where the residual is above 1, as many times wider, and
+        wider where misfits are alike from line to line.
     residual
         Root mean square of the misfit over its spread: about 1 where a spring and a dashpot are
         all there is.
@@ -100,13 +107,20 @@ class Spring:
             ("damping", self.damping, self.damping_interval, self.tells_damping, "N s/m"),
         ):
             if tells:
-                told.append(f"{name} {value:.4g} ± {half:.2g} {unit}")
+                told.append(f"{name} {_digits(value, half)} ± {half:.2g} {unit}")
             else:
                 told.append(
                     f"the data do not tell the {name} (anything between {value - half:.2g} and "
                     f"{value + half:.2g} {unit})"
                 )
         return "; ".join(told)
+
+
+def _digits(value: float, half: float) -> str:
+    """As many digits as the interval leaves, two to twelve; whole numbers in full below 1e7."""
+    known = np.log10(abs(value) / half) + 1.0 if half > 0.0 else np.inf
+    whole = np.log10(abs(value)) if abs(value) < 1e7 else 0.0
+    return f"{value:.{int(np.clip(np.ceil(max(known, whole)), 2, 12))}g}"
 
 
 @door
@@ -202,7 +216,7 @@ def fit_spring(joint: JointStiffness, pair: int = 0) -> Spring:
     misfit = (z - stiffness - 1j * omega * damping) / (sigma * np.sqrt(2.0))
     residual = float(np.sqrt(np.mean(np.abs(misfit) ** 2)))
     # lines scatter by more than was said: their scatter is the better estimate
-    half = float(norm.ppf(0.5 + CONFIDENCE / 2.0)) * max(1.0, residual)
+    half = float(norm.ppf(0.5 + CONFIDENCE / 2.0)) * max(1.0, residual * _alike(misfit))
     return Spring(
         stiffness=stiffness,
         damping=damping,
@@ -210,6 +224,15 @@ def fit_spring(joint: JointStiffness, pair: int = 0) -> Spring:
         damping_interval=half / float(np.sqrt(pull)),
         residual=residual,
     )
+
+
+def _alike(misfit: ComplexArray) -> float:
+    """√((1 + ρ)/(1 − ρ)) of misfits of correlation ρ from line to line; 1 where ρ may be chance."""
+    size, n = float(np.sum(np.abs(misfit) ** 2)), misfit.size
+    if n < FEWEST or size == 0.0:
+        return 1.0
+    rho = float(np.sum(misfit[:-1].conj() * misfit[1:]).real) / size
+    return float(np.sqrt((1.0 + rho) / (1.0 - rho))) if rho > 2.0 / np.sqrt(n) else 1.0
 
 
 def _sides(at: Pairs) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -148,7 +148,7 @@ class Joint:
         return _at(self, self.stiffness, omega, ()) + 1j * omega * self.damping
 
     def __str__(self) -> str:
-        return f"joint {'.'.join(self.first)} - {'.'.join(self.second)}"
+        return f"joint {_end(self.first)} - {_end(self.second)}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -232,7 +232,7 @@ class MatrixJoint:
         return np.asarray(constant + damping + np.zeros(w.shape))
 
     def __str__(self) -> str:
-        return f"matrix joint {'.'.join(self.first[0])} - {'.'.join(self.second[0])}, …"
+        return f"matrix joint {_end(self.first[0])} - {_end(self.second[0])}, …"
 
 
 @dataclass(frozen=True, eq=False)
@@ -244,6 +244,12 @@ class _Row(Joint):
 
 
 AnyJoint = Joint | MatrixJoint
+
+
+def _end(node: Node) -> str:
+    """An end in words; a label that begins with its substructure's name says it once."""
+    name, label = node
+    return label if label.startswith(f"{name}.") else f"{name}.{label}"
 
 
 def rows_of(joints: Sequence[AnyJoint]) -> tuple[Joint, ...]:

@@ -200,7 +200,7 @@ FileMap = Annotated[
         "--map",
         metavar="MAP",
         help="From a file's channels to the model's DoFs: brake.w=12.rx,wheel.y=-7.y, or a TOML "
-        "file with a table [map].",
+        "file with a table \\[map].",
     ),
 ]
 Channels = Annotated[

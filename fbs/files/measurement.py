@@ -216,6 +216,9 @@ def _measurement(
     if n_runs > 1:
         which = f"run {numbers[0] + 1} is taken" if len(runs) == 1 else "their mean is taken"
         notes.append(f"it holds {n_runs} complete runs: {which}")
+    if len(frfs) > 1 and all(np.array_equal(frfs[0].values, one.values) for one in frfs[1:]):
+        notes.append("they are one run written several times: nothing is known of their scatter")
+        frfs = frfs[:1]
     notes += dict.fromkeys(one.note for run in runs for one in run if one.note)
     return Measurement(
         _mean(frfs),

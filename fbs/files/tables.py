@@ -110,7 +110,8 @@ def _numbers(body: str, separator: str, n_column: int) -> NDArray[np.float64]:
     try:
         values = np.loadtxt(io.StringIO(body), delimiter=separator, ndmin=2, comments=None)
     except ValueError as error:
-        raise FbsError(f"below the header: {str(error).splitlines()[0]}") from error
+        told = str(error).splitlines()[0].partition(";")[0]  # after it NumPy advises its callers
+        raise FbsError(f"below the header: {told}") from error
     if values.shape[1] != n_column:
         raise FbsError(f"the header has {n_column} columns, the rows have {values.shape[1]}")
     return values

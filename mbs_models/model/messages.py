@@ -7,6 +7,7 @@ down once, there. Where the schema has no answer, pydantic's own reason stands i
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -47,6 +48,14 @@ def one_message(errors: Sequence[ErrorDetails], data: Mapping[str, Any]) -> str:
     more = f" (and {len(others)} more: {', '.join(others)})" if others else ""
     line = _text(problems[0], first) + more
     return line.replace("\n", "\\n")  # a validator may have quoted a name as it is
+
+
+def not_toml(error: Exception, text: str) -> str:
+    """What the reader of TOML says, in a user's words and with the line it speaks of."""
+    said = str(error).replace("Cannot overwrite a value", "the key is there already")
+    place = re.search(r"\(at line (\d+), column \d+\)$", said)
+    line = text.split("\n")[int(place[1]) - 1].strip() if place else ""
+    return f"{said}: {_short(line)}" if line and line.isprintable() else said
 
 
 def suggest(wrong: str, right: Iterable[str]) -> str:

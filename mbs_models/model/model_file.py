@@ -20,7 +20,7 @@ from pydantic_core import ErrorDetails
 from ..errors import ModelError
 from ..text_files import read_text
 from .excitation_tables import ExcitationTable
-from .messages import Location, one_message, suggest
+from .messages import Location, not_toml, one_message, suggest
 from .parameters import Drivetrain
 from .toml_text import document
 from .tooth_numbers import refuse_impossible
@@ -89,7 +89,7 @@ def loads(text: str, origin: str = "<string>") -> Drivetrain:
     try:
         data = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # ValueError: also a number of 5000 digits
-        raise ModelError(f"{origin}: not valid TOML: {error}") from error
+        raise ModelError(f"{origin}: not valid TOML: {not_toml(error, text)}") from error
     if not data:
         raise ModelError(
             f"{origin}: the file is empty; it needs a name and at least one [[stage]] or "

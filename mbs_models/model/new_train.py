@@ -13,6 +13,7 @@ from ..errors import ModelError
 from .messages import suggest
 
 RADIUS = 0.1  # m, of a plain inertia's rotation
+COLUMN = 40  # where comments begin
 MOST = 50  # parts of a new train: nobody edits more by hand
 
 
@@ -70,25 +71,34 @@ def new_train(kinds: Sequence[str], file: str) -> str:
     Raises
     ------
     ModelError
-        A kind that there is not, or more parts than `MOST`.
+        A kind that there is not, a rotor alone, or more parts than `MOST`.
     """
     if not 1 <= len(kinds) <= MOST:
         raise ModelError(f"--for: {len(kinds)} parts; 1 to {MOST} are possible")
     for kind in kinds:
         if kind not in KINDS:
             raise ModelError(f"--for: '{kind}': no part of that kind; {suggest(kind, [*KINDS])}")
+    if len(kinds) == 1 and not KINDS[kinds[0]].fast:
+        raise ModelError(
+            f"--for: '{kinds[0]}' alone has no spring; give it a shaft to another part"
+        )
     return "".join(_tables(_named(kinds), ", ".join(kinds).capitalize(), file))
 
 
 def _tables(links: Sequence[_Link], title: str, file: str) -> Iterator[str]:
     fast, slow = links[0], links[-1]
     driven, driving = fast.body(fast.kind.fast), slow.body(slow.kind.slow)
-    output = f'output = "{driving}"  # takes the reaction' if driving != driven else ""
+    key = f'output = "{driving}"'
+    output = f"{key:<{COLUMN}}# takes the reaction" if driving != driven else ""
     yield _filled("head", title=title, file=file, input=driven, output=output)
     for link in links:
         kind = link.kind
-        reduced = f"{kind.inertia / RADIUS**2:.1f}"
-        yield _filled(kind.template, name=link.name, inertia=f"{kind.inertia}", reduced=reduced)
+        yield _filled(
+            kind.template,
+            name=link.name,
+            inertia=f"{f'polar_inertia = {kind.inertia}':<{COLUMN}}",
+            reduced=f"{f'# polar_inertia_over_r2 = {kind.inertia / RADIUS**2:.1f}':<{COLUMN}}",
+        )
     for number, (first, second) in enumerate(pairwise(links), start=1):
         yield _filled(
             "coupling",

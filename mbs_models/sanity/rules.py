@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from typing import TypeVar
 
 from ..model.parameters import Coupling, Drivetrain, Part
@@ -36,11 +36,23 @@ OF_PARTS: tuple[Callable[[Part], Iterable[Finding]], ...] = (
 
 
 def findings(drivetrain: Drivetrain) -> tuple[Finding, ...]:
-    """What is probably typed wrong, part by part; of every value what the first rule says."""
+    """What is probably typed wrong, of every value what the first rule says."""
     return (
+        *speed_within_its_range(drivetrain),
         *(finding for part in drivetrain.parts for finding in _of(part, OF_PARTS)),
         *(finding for coupling in drivetrain.couplings for finding in _of(coupling, OF_ANY)),
     )
+
+
+def speed_within_its_range(drivetrain: Drivetrain) -> Iterator[Finding]:
+    """An operating speed, of either sense, outside the range that margins are looked for in."""
+    operation = drivetrain.operation
+    if operation is None or operation.speed is None:
+        return
+    first, last = operation.speed_range
+    if not first <= abs(operation.speed) <= last:
+        reason = f"expected within speed_range = [{first:g}, {last:g}] rpm"
+        yield Finding("operation", "speed", f"{operation.speed:g} rpm", reason)
 
 
 def _of(item: T, rules: Iterable[Callable[[T], Iterable[Finding]]]) -> tuple[Finding, ...]:

@@ -95,6 +95,11 @@ class TrapezoidVariation(Table):
     @model_validator(mode="after")
     def _possible(self) -> Self:
         more = self.contact_ratio % 1.0
+        if more == 0.0:
+            raise ValueError(
+                f"contact_ratio = {self.contact_ratio}: as many pairs of teeth at all times: "
+                "the stiffness does not vary; give another, or leave the variation out"
+            )
         longest = min(more, 1.0 - more)
         if self.transition > longest:
             raise ValueError(

@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 
 from fbs import FbsError, Frf, Joint, SecondOrderSystem, SingularLineError, couple, direct_frf
-from fbs.joint_identification import JointStiffness, fit_spring, joint_between, joint_in_situ
+from fbs.joint_identification import (
+    JointStiffness,
+    Spring,
+    fit_spring,
+    joint_between,
+    joint_in_situ,
+)
 
 LINES = np.linspace(2.0, 60.0, 117)
 K, C = 3e4, 20.0
@@ -95,3 +101,23 @@ def test_what_cannot_be_identified() -> None:
     )
     with pytest.raises(SingularLineError, match="the joint is rigid"):
         joint_in_situ(alike, AT)
+
+
+def test_a_joint_that_is_no_spring_is_not_told_as_a_sharp_one() -> None:
+    """Between DoFs that no joint ties, all misfits are alike: the lines are worth few, not 117."""
+    rng = np.random.default_rng(5)
+    ab, a, b = (noisy(frf, 0.01, rng) for frf in (AB, A, B))
+    for joint in (joint_between(ab, a, b, [("a2", "b2")], 0.01), joint_in_situ(ab, [("a2", "b2")])):
+        assert not fit_spring(joint).tells_stiffness
+
+
+@pytest.mark.parametrize(
+    ("value", "half", "words"),
+    [
+        (50000.0, 83.0, "stiffness 50000 ± 83 N/m"),
+        (123456.7, 0.5, "stiffness 123456.7 ± 0.5 N/m"),
+        (3.14159e9, 2e7, "stiffness 3.142e+09 ± 2e+07 N/m"),
+    ],
+)
+def test_as_many_digits_as_the_interval_leaves(value: float, half: float, words: str) -> None:
+    assert words in Spring(value, 1.0, half, 0.1, 1.0).describe()

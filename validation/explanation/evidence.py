@@ -125,10 +125,13 @@ class FrfEvidence:
         Theirs, receptances.
     offset
         Ours from a file less the model's (m/N), of the FRFs' shape; None: the model's are ours.
+    unknown
+        Bound of what round-off makes of the model's (m/N), of the FRFs' shape; None: of nothing.
     """
 
     frf: Frf
     offset: ComplexArray | None = None
+    unknown: FloatArray | None = None
 
     @property
     def lines(self) -> FloatArray:
@@ -150,8 +153,10 @@ class FrfEvidence:
     def _floor(self) -> FloatArray:
         size = np.abs(self.frf.values)
         rows, columns = (np.sqrt((size**2).sum(axis=axis)) for axis in (2, 1))
-        own = FLOOR * np.sqrt(rows[:, :, None] * columns[:, None, :])
-        return np.asarray(own + NOTHING * size.max(axis=(1, 2), keepdims=True))
+        floor = FLOOR * np.sqrt(rows[:, :, None] * columns[:, None, :])
+        floor = np.asarray(floor + NOTHING * size.max(axis=(1, 2), keepdims=True))
+        # what round-off makes of a number is no residual, however small the number is
+        return floor if self.unknown is None else floor + self.unknown / NEGLIGIBLE
 
     def ours(self, system: SecondOrderSystem) -> ComplexArray:
         """The same FRFs of a system (m/N), kept for the last one."""
@@ -204,7 +209,13 @@ class FrfEvidence:
         n = len(self.lines)
         chosen = np.unique(np.linspace(0, n - 1, min(n, SEARCH_LINES)).round().astype(int))
         offset = None if self.offset is None else self.offset[chosen]
-        return FrfEvidence(self._with(self.frf.values[chosen], self.lines[chosen]), offset)
+        unknown = None if self.unknown is None else self.unknown[chosen]
+        return FrfEvidence(self._with(self.frf.values[chosen], self.lines[chosen]), offset, unknown)
+
+    def known_as(self, system: SecondOrderSystem) -> FrfEvidence:
+        """The same, with what round-off makes of the FRFs of a system."""
+        frf = synthesize(system, self.lines, self.frf.responses, self.frf.excitations).frf
+        return replace(self, unknown=frf.round_off)
 
     def _everything(self, system: SecondOrderSystem) -> ComplexArray:
         """Receptances between all of a system's DoFs, kept for the last system."""

@@ -94,6 +94,8 @@ def plan(
     evidence, notes = read_evidence(theirs, drivetrain, system.labels, system.dofs, options)
     if isinstance(evidence, FrequencyEvidence) and noise is not None:
         evidence = replace(evidence, tolerance=evidence.tolerance + 3.0 * noise.amplitude)
+    if isinstance(evidence, FrfEvidence):
+        evidence = evidence.known_as(system)
     case = Case(drivetrain, build, evidence)
     if ours is not None:
         own, more = read_evidence(ours, drivetrain, system.labels, system.dofs, options)

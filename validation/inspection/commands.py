@@ -107,7 +107,7 @@ def estimate_command(
 
     fmin, fmax, df = limits
     require_frequencies(fmin=fmin, fmax=fmax, df=df)
-    require_target(output)
+    require_target(output, records)
     taken = read_all(records, channel_options(channels))
     found = estimated(taken, method, signal, df, decay, fmin, fmax)
     write(found, output)

@@ -18,23 +18,25 @@ from fbs.signal.estimation import Estimator
 from ..errors import CommandError
 from ..routes import frf_input
 from ..runtime.output_folder import telling
+from . import frf_output
 
 RINGING = 0.01  # of the peak: a tenth of a decibel of a mode that rings so long
 
 
-def require_target(path: Path) -> None:
-    """Refuse a file that cannot be written before anything is read.
+def require_target(path: Path, read: Sequence[Path]) -> None:
+    """Refuse a file that cannot be written, or is one of the records, before anything is read.
 
     Raises
     ------
     CommandError
-        Its ending is none of FRFs', or it is protected.
+        Its ending is none of FRFs', it is protected, or a record.
     """
     if path.suffix.lower() not in FORMATS:
         raise CommandError(
             f"--output = {path}: the ending {path.suffix or '(none)'} is not known; allowed: "
             f"{', '.join(FORMATS)}"
         )
+    frf_output.require_not_read(path, read)
     with telling(f"--output = {path}"):
         require_writable(path)
 
@@ -95,7 +97,13 @@ def estimated(
         if not (np.isfinite(resolution) and resolution > 0):
             raise CommandError(f"--df = {resolution}: must be greater than 0 (Hz)")
         segment = round(records[0].sampling_frequency / resolution)
-    return frf_from_records(records, method, signal, segment, decay, fmin, fmax)  # type: ignore[arg-type]  # just checked
+    found = frf_from_records(records, method, signal, segment, decay, fmin, fmax)  # type: ignore[arg-type]  # just checked
+    if resolution is not None and found.signal == "hammer":
+        raise CommandError(
+            f"--df = {resolution:g}: is for noise; blows have the lines of their records, "
+            "1/duration apart (--signal noise, if the force is one)"
+        )
+    return found
 
 
 def _require(option: str, value: str, allowed: Sequence[str]) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import BinaryIO
 
@@ -29,8 +29,9 @@ def labels(option: str, given: Sequence[str] | None) -> tuple[str, ...] | None:
     return None if found == ("all",) else found
 
 
-def check_target(path: Path) -> None:
-    """Refuse a file that cannot be written before anything is computed."""
+def check_target(path: Path, read: Iterable[Path] = ()) -> None:
+    """Refuse a file that cannot be written, or is read, before anything is computed."""
+    require_not_read(path, read)
     if path.suffix.lower() not in (*FORMATS, *PICTURES):
         raise CommandError(
             f"--output = {path}: the ending {path.suffix or '(none)'} is not known; allowed: "
@@ -38,6 +39,22 @@ def check_target(path: Path) -> None:
         )
     with telling(f"--output = {path}"):
         require_writable(path)
+
+
+def require_not_read(path: Path, read: Iterable[Path]) -> None:
+    """Refuse to write over what was measured.
+
+    Raises
+    ------
+    CommandError
+        The path is one of the files that are read, whatever its spelling.
+    """
+    for source in read:
+        if path.exists() and source.exists() and path.samefile(source):
+            raise CommandError(
+                f"--output = {path}: is {source} itself, which is read and would be lost; give "
+                "another name"
+            )
 
 
 def is_picture(path: Path) -> bool:

@@ -78,6 +78,9 @@ def plan(
     CommandError
         A stage, a DoF, the band, the tolerance or the sizes are none.
     """
+    if not stage:
+        names = ", ".join(part.name for part in drivetrain.parts)
+        raise CommandError(f"--stage is missing: give a stage or inertia, {names}")
     name = known_part(drivetrain, stage, "--stage")
     source = equations_source(drivetrain)
     damping = drivetrain.damping

@@ -347,12 +347,12 @@ def _draw_phase(axes: Axes, panel: FrfPanel, columns: int) -> None:
     by how far they are off the first, so that a jump of one alone is none of the axis.
     """
     thin = _evenly(panel.positions(panel.frequency), columns)
-    reference = panel.curves[0].values[thin]
-    angle = np.degrees(np.angle(reference))
+    shown = [curve.values[thin] for curve in panel.curves]  # whose ratio may be beyond floats
+    turns = [np.where(values == 0.0, np.nan, np.exp(1j * np.angle(values))) for values in shown]
+    angle = np.degrees(np.angle(turns[0]))
     angle = np.where(angle > 90.0, angle - 360.0, angle)
-    for curve in panel.curves:
-        with np.errstate(divide="ignore", invalid="ignore"):
-            off = np.degrees(np.angle(curve.values[thin] / reference))
+    for curve, turn in zip(panel.curves, turns, strict=True):
+        off = np.degrees(np.angle(turn * turns[0].conj()))
         frequency, phase = panel.frequency[thin], angle + off
         jumps = np.flatnonzero(np.abs(np.diff(phase)) > 180.0) + 1  # all the way round: no line
         at = np.insert(frequency, jumps, frequency[jumps])

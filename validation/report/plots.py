@@ -18,6 +18,7 @@ from ..arrays import FloatArray
 from .style import INK, MUTED, decade_labels, is_logarithmic
 
 INCH = 72.0
+BESIDE = 9.0  # points to the right of a frame that are its own
 Box = tuple[float, float, float, float]  # left, top, width, height
 Dash = str | tuple[float, tuple[float, ...]]
 
@@ -261,10 +262,10 @@ class Axes:
             for y, (_, label) in zip(at_y, ticks, strict=True)
         ]
         if self.labelled and self.x_ticks is None:
-            parts += [
-                text(x, bottom + 14.0, f"{value:,.6g}".replace(",", " "), anchor="middle")
-                for x, value in zip(at_x, values_x, strict=True)
-            ]
+            for x, value in zip(at_x, values_x, strict=True):
+                name = f"{value:,.6g}".replace(",", " ")
+                inside = left + width + BESIDE - 0.31 * FONT * len(name)  # a digit is 0.62 wide
+                parts.append(text(min(x, inside), bottom + 14.0, name, anchor="middle"))
             if self.named_x:
                 parts.append(
                     text(left + width / 2.0, bottom + 27.0, "Frequency (Hz)", anchor="middle")

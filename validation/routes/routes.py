@@ -218,6 +218,6 @@ def known_part(drivetrain: Drivetrain, name: str, option: str) -> str:
         hint = f"did you mean {near[0]}? " if near else ""
         raise CommandError(
             f"{option} = {name!r}: is no stage or inertia of '{drivetrain.name}'; {hint}"
-            f"There are {', '.join(names)}"
+            f"there are {', '.join(names)}"
         )
     return name

@@ -384,7 +384,7 @@ def _margins(result: SpeedResult) -> Section:
     words = (
         f"At {operation.speed:g} rpm, the nearest natural frequency each order reaches (planet "
         "phasing taken into account), the closest first. Margin: by how much the speed must "
-        "change to meet it. " + describe_margin(result.margins[0]).capitalize() + "."
+        f"change to meet it. The closest: {describe_margin(result.margins[0])}."
     )
     blocks = (words, margin_table(result))
     return Section("margins", "Resonances near the operating speed", blocks)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -81,7 +81,7 @@ def run_command(
         Bad input; nothing is written then.
     """
     if files.output is not None:
-        _check_target(files.output, command)
+        _check_target(files.output, command, files.paths.values())
     parts = read_parts(dict(files.paths), files.options, *files.limits)
 
     def run(_: Path, progress: Progress) -> SubstructuringResult:
@@ -94,12 +94,13 @@ def run_command(
     return run_study(run, files.out, file_names(command), print_result)
 
 
-def _check_target(path: Path, command: str) -> None:
+def _check_target(path: Path, command: str, read: Iterable[Path]) -> None:
     if command != "identify":
-        frf_output.check_target(path)
+        frf_output.check_target(path, read)
         return
     if path.suffix.lower() != ".csv":
         raise CommandError(f"--output = {path}: a joint is written as .csv")
+    frf_output.require_not_read(path, read)
     with telling(f"--output = {path}"):
         require_writable(path)
 

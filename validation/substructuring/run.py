@@ -18,6 +18,7 @@ from fbs.measured.uncertainty import coupled_uncertainty
 from ..arrays import FloatArray
 from ..checks.part_uncertainty import Noise
 from ..errors import CommandError
+from .doubts import active, contradict, contradiction, odd_part, require_stable, scattered
 from .inputs import JointOption, Pair, Part, labels
 from .result import Curve, Identified, SubstructuringResult
 
@@ -55,17 +56,18 @@ def run_couple(
     rows, columns = _drawn(frf, pairs, (a.frf, b.frf))
     scatters = {part.name: s for part in (a, b) if (s := part.scatter(noise)) is not None}
     if scatters:
-        variance = sum(
-            coupled_uncertainty(frfs, joints, name, scatter, rows, columns).variance
+        radii = [  # of few runs wider than of a known variance
+            coupled_uncertainty(frfs, joints, name, scatter, rows, columns).radius()
             for name, scatter in scatters.items()
-        )
-        error = RADIUS_95 * np.sqrt(np.asarray(variance))
+        ]
+        error = np.sqrt(np.sum(np.square(radii), axis=0))
     else:
         error = frf.select(rows, columns).round_off
     curves = _curves(frf, rows, columns, error, (a.frf, b.frf))
     return _result(
         "couple", tuple(parts.values()), at, f"joint: {joint.words}",
-        f"Coupled at {len(at)} DoF{'s' if len(at) > 1 else ''}", (), renamed,
+        f"Coupled at {len(at)} DoF{'s' if len(at) > 1 else ''}", (),
+        (*renamed, *active(joint, frf.frequency)),
         frf.frequency, coupled.kernel_condition, BY_NOISE if scatters else BY_ROUND_OFF, curves,
         (), start,
     ), frf  # fmt: skip
@@ -96,18 +98,18 @@ def run_decouple(
     start = time.perf_counter()
     _require(at, (parts["AB"], parts["A"]))
     whole = parts["AB"]
-    names = {theirs: ours for ours, theirs in (*at, *options.internal) if theirs != ours}
-    known = parts["A"].renamed(names)
+    _require(options.internal, (whole, parts["A"]), "--internal", ("response",))
+    known = _renamed(parts["A"], at, options.internal)
     interface = tuple(ours for ours, _ in at)
     relative = EPS if noise is None else _relative(noise)
     form = _form(options)
+    internal = tuple(ours for ours, _ in options.internal)
     found = decouple(
-        whole.frf, known.frf, interface, tuple(ours for ours, _ in options.internal),
+        whole.frf, known.frf, interface, internal,
         form=form, rank=options.rank, tikhonov=options.tikhonov,
     )  # fmt: skip
-    asked = set(found.frf.responses) & set(found.frf.excitations)
-    if asked.issuperset(interface) and options.rank is None and not options.tikhonov:
-        found.require_stable(interface, relative)
+    regularised = options.rank is not None or options.tikhonov > 0.0
+    require_stable(found, (whole.frf, known.frf), interface, internal, form, relative, regularised)
     error = found.bound() if noise is None else RADIUS_95 * found.spread(relative)
     rows, columns = _drawn(found.frf, at, (found.frf,))
     i, j = ([side.index(x) for x in own] for side, own in _sides(found.frf, rows, columns))
@@ -119,9 +121,17 @@ def run_decouple(
         )
     if options.tikhonov:
         conclusions.append(f"Regularised: Tikhonov, λ = {options.tikhonov:g} of the largest.")
+    if regularised:
+        conclusions.append("What regularising takes away is in no error shown: it is not known.")
+    doubts = odd_part(found.frf, error)
+    odd = contradiction(whole.frf, known.frf, interface, relative)
+    if odd is not None:
+        doubts = (odd, *doubts)
     return _result(
         "decouple", tuple(parts.values()), at, f"{form} interface",
-        f"Decoupled at {len(at)} DoF{'s' if len(at) > 1 else ''}", tuple(conclusions), (),
+        f"{'Decoupled, in doubt,' if doubts else 'Decoupled'} at {len(at)} "
+        f"DoF{'s' if len(at) > 1 else ''}", tuple(conclusions),
+        (*doubts, *(scattered(parts) if noise is None else ())),
         found.frf.frequency, found.kernel_condition,
         BY_ROUND_OFF if noise is None else BY_NOISE, curves, (), start,
     ), found.frf  # fmt: skip
@@ -165,18 +175,28 @@ def run_identify(parts: Mapping[str, Part], at: tuple[Pair, ...], noise: Noise |
     ]
     best = identified[0].springs
     conclusions = () if noise is not None else (UNSTATED,)
+    warnings = [
+        f"{' – '.join(pair)}: {one.stiffness:.4g} N/m directly, {other.stiffness:.4g} in situ, "
+        "beyond both intervals: A or B is not what the assembly is made of, or noise is more than "
+        "stated"
+        for pair, one, other in zip(at, *(found.springs for found in identified), strict=True)
+        if contradict(one, other)
+    ]
     words = "; ".join(
         f"{' – '.join(pair)}: {one.describe()}" for pair, one in zip(at, best, strict=True)
     )
     told = best[0].describe()
     verdict = words if len(at) > 1 else told[0].upper() + told[1:]
-    warnings = [
+    if warnings:
+        verdict = f"Not told: the direct and the in-situ form contradict one another; {words}"
+    warnings += [
         f"{found.form}: the misfit at {' – '.join(pair)} is {one.residual:.2g} of the spread: more "
         "than a spring and a damper, or more noise than stated"
         for found in identified
         for pair, one in zip(at, found.springs, strict=True)
         if noise is not None and one.residual > 2.0
     ]
+    warnings += scattered(parts) if noise is None else ()
     return _result(
         "identify", tuple(parts.values()), at, "direct, and in situ of AB alone",
         verdict, conclusions, tuple(warnings), whole.frequency, None,
@@ -206,26 +226,52 @@ def _result(
         else "every line drawn has a digit"
     )
     told = verdict if identified else f"{verdict}: {digits}"
+    odd = [part for part in parts if part.quality]
+    if odd:
+        told = f"{told}; {' and '.join(part.name for part in odd)} in doubt for quality"
     notes = tuple(f"{part.path}: {note}" for part in parts for note in part.notes)
+    notes += tuple(f"{part.path}: {'; '.join(part.quality)}" for part in odd)
     return SubstructuringResult(
         command, parts, at, how, told, conclusions, (*notes, *warnings), frequency, condition,
         error_is, curves, identified, {command: time.perf_counter() - start},
     )  # fmt: skip
 
 
-def _require(at: tuple[Pair, ...], parts: tuple[Part, Part]) -> None:
-    """Refuse DoFs that a file does not have, both as response and as excitation."""
+def _require(
+    at: tuple[Pair, ...],
+    parts: tuple[Part, Part],
+    option: str = "--at",
+    roles: tuple[str, ...] = ("response", "excitation"),
+) -> None:
+    """Refuse DoFs that a file does not have, as response or as excitation."""
     if not at:
+        if option != "--at":
+            return
         raise CommandError("--at is missing: give the DoFs that are joined, such as a.x=b.y")
     for part, side in zip(parts, zip(*at, strict=True), strict=True):
-        frf = part.frf
-        for role, known in (("response", frf.responses), ("excitation", frf.excitations)):
+        for role in roles:
+            known = part.frf.responses if role == "response" else part.frf.excitations
             for label in side:
                 if label not in known:
                     raise CommandError(
-                        f"--at: {part.path} ({part.name}) has no {role} {label!r}; its {role}s are "
-                        f"{few(known)}"
+                        f"{option}: {part.path} ({part.name}) has no {role} {label!r}; its {role}s "
+                        f"are {few(known)}"
                     )
+
+
+def _renamed(known: Part, at: tuple[Pair, ...], internal: tuple[Pair, ...]) -> Part:
+    """The known part with the assembly's labels."""
+    twice = {ours for ours, _ in at} & {ours for ours, _ in internal}
+    if twice:
+        raise CommandError(f"--internal: {few(sorted(twice))} is in --at too")
+    names = {theirs: ours for ours, theirs in (*at, *internal) if theirs != ours}
+    for theirs, ours in names.items():
+        if ours in labels(known.frf) and ours not in names:
+            raise CommandError(
+                f"--at, --internal: {theirs!r} of {known.path} ({known.name}) is to be {ours!r}, "
+                "but it has another DoF of that name; give one another name (--map)"
+            )
+    return known.renamed(names)
 
 
 def _form(options: DecouplingOptions) -> Form:

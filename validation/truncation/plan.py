@@ -7,7 +7,8 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from fbs import Tolerance
+from fbs import FbsError, Tolerance
+from fbs.axes import axis_ends
 from mbs_models.modal.mode_kinds import label_inertias
 from mbs_models.model.parameters import Drivetrain, Part
 
@@ -138,6 +139,10 @@ def parse_band(text: str | None) -> Band:
     if len(values) not in (2, 3) or not all(map(math.isfinite, values)) or values[1] <= values[0]:
         raise CommandError(f"--band = {text!r}: must be FROM:TO or FROM:TO:STEP, as 1:4000:1 (Hz)")
     if len(values) == 3:
+        try:
+            axis_ends(*values)
+        except FbsError as error:
+            raise CommandError(f"--band = {text!r}: {error}") from error
         return Band(values[0], values[1], values[2])
     step = band(None, values[1], None, max(1, int(5e7 / MOST_LINES))).df
     first = max(math.ceil(values[0] / step), 1) * step

@@ -352,3 +352,10 @@ def test_maps_of_a_command_line() -> None:
     for text, words in (("a.w", "give DoF=CHANNEL"), ("a.w=1,a.w=2", "is there already")):
         with pytest.raises(FbsError, match=words):
             parse_map(text)
+
+
+def test_one_run_written_twice_is_no_repetition(tmp_path: Path) -> None:
+    """Else its errors would be known, and nought."""
+    found = read_frf(written(tmp_path / "x.uff", *rig(), *rig()))
+    assert found.notes[-1].startswith("they are one run written several times")
+    assert found.repeats == ()

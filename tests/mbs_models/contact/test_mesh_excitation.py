@@ -77,7 +77,7 @@ def test_a_trapezoid_is_low_at_the_pitch_point_and_keeps_its_mean() -> None:
 
 TRAPEZOID = '{ shape = "trapezoid", contact_ratio = 1.6, amplitude = 0.3 }'
 REFUSED = [
-    ('{ shape = "trapezoid", contact_ratio = 2.0 }', "stays for 0 of a mesh period"),
+    ('{ shape = "trapezoid", contact_ratio = 2.0 }', "as many pairs of teeth at all times"),
     ('{ shape = "trapezoid", contact_ratio = 1.05 }', "transition = 0.1: with contact_ratio"),
     ('{ shape = "trapezoid", contact_ratio = 0.9 }', "greater than 1"),
     ('{ shape = "trapezoid", contact_ratio = 1.6, amplitude = 1.7 }', "give less than 1.667"),

@@ -289,9 +289,10 @@ def test_no_stage(text: str, expected: str) -> None:
         ("name", "end of document|line 1"),
         ("x = " + "[" * 100_000, "recursion"),
         ("x = " + "1" * 5_000, "digits"),
-        ('name = "a"\nname = "b"', "Cannot overwrite a value"),
+        ('name = "a"\nname = "b"\n', "is there already .at line 2, column 11.: name = .b.$"),
+        ("teeth = 3,5", "line 1, column 10.: teeth = 3,5$"),
     ],
-    ids=["no value", "no equals sign", "deep", "long number", "key twice"],
+    ids=["no value", "no equals sign", "deep", "long number", "key twice", "comma"],
 )
 def test_broken_toml(text: str, expected: str) -> None:
     line = message(text)
@@ -300,7 +301,7 @@ def test_broken_toml(text: str, expected: str) -> None:
 
 
 def test_broken_toml_gives_line_and_column() -> None:
-    assert message('name = "a"\nx = ,\n').endswith("(at line 2, column 5)")
+    assert message('name = "a"\nx = ,\n').endswith("(at line 2, column 5): x = ,")
 
 
 @pytest.mark.parametrize(

@@ -64,7 +64,7 @@ def test_rules_bear_any_number(value: str) -> None:
             continue
         for finding in findings(drivetrain):
             assert "\n" not in str(finding)
-            assert finding.place[0] in ("reducer", "planetary", "coupling")
+            assert finding.place[0] in ("operation", "reducer", "planetary", "coupling")
 
 
 @settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -125,6 +125,17 @@ def test_a_sun_that_floats_in_its_meshes_is_held() -> None:
     """The meshes of three and more planets hold it; two opposite ones hold it too, by 2α."""
     drivetrain = planetary(sun={"bearing": 0.0})
     assert not list(free_to_move(drivetrain, drivetrain_components(drivetrain)))
+
+
+@pytest.mark.parametrize(
+    ("speed", "is_odd"), [(1450.0, False), (-1450.0, False), (14500.0, True), (0.5, True)]
+)
+def test_a_speed_outside_its_range(speed: float, is_odd: bool) -> None:
+    """Margins at a speed the range leaves out: one of the two is typed wrong."""
+    operation = {"input": "reducer.pinion", "speed_range": (300.0, 3000.0), "speed": speed}
+    found = findings(changed(load("paper"), operation=operation))
+    said = f"operation: speed = {speed:g} rpm: expected within speed_range = [300, 3000] rpm"
+    assert [str(finding) for finding in found] == ([said] if is_odd else [])
 
 
 def test_an_input_that_turns_nothing() -> None:

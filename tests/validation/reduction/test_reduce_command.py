@@ -114,13 +114,14 @@ def test_vectors_of_any_length_are_projected_alike() -> None:
 @pytest.mark.parametrize(
     ("line", "words"),
     [
-        ("reduce paper", "--stage = ''"),
+        ("reduce paper", "--stage is missing: give a stage or inertia, reducer, planetary"),
         ("reduce paper --stage planetry", "did you mean planetary?"),
         ("reduce paper --stage planetary --dof x", "--dof = 'x': no such DoF"),
         ("reduce paper --stage planetary --sizes 0,1", "--sizes = '0,1'"),
         ("reduce paper --stage planetary --sizes 4:99", "'planetary' has 22 DoFs"),
         ("reduce paper --stage planetary --tolerance 0", "--tolerance = '0'"),
         ("reduce paper --stage planetary --band 5", "--band = '5'"),
+        ("reduce paper --stage planetary --band 10:99:20", "--band = '10:99:20': fmin = 10 Hz"),
         ("reduce paper --stage planetary --output a.csv", "a reduced system is written as .npz"),
     ],
 )

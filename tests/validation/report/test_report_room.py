@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+import warnings
 from dataclasses import dataclass
 from enum import StrEnum
 from io import StringIO
@@ -183,3 +184,18 @@ def test_decades_hold_values_and_tolerance() -> None:
     assert difference_decades(Difference("", (Curve("", values),), allowed=0.1)) == (-7, 0)
     assert difference_decades(Difference("", (Curve("", values),), decades=3)) == (-5, -2)
     assert difference_decades(Difference("", (Curve("", 0.0 * values),))) == (-16, -12)
+
+
+def test_curves_beyond_floats_are_drawn_and_the_last_frequency_is_inside() -> None:
+    """A ratio of 1e300 to 1e-300 is none; and 1 000 Hz at the end stays on the page."""
+    lines = np.linspace(100.0, 1000.0, 10)
+    sizes = (1e-300, 1e300)
+    curves = tuple(Curve(f"{size:g}", np.full(10, size + 0j), "#000000") for size in sizes)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        drawing = ElementTree.fromstring(
+            frf_figure(FrfPanel(lines, curves, phase=True), "panel", "FRFs")
+        )
+    wide = float(drawing.get("viewBox", "").split()[2])
+    (last,) = (t for t in drawing.iter("{http://www.w3.org/2000/svg}text") if t.text == "1 000")
+    assert float(last.get("x", "")) + 0.31 * 8.5 * len("1 000") < wide

@@ -9,13 +9,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fbs import Frf, Joint, couple, direct_frf, frequency_axis, read_frf, write_frf
+from fbs import FbsError, Frf, Joint, couple, direct_frf, frequency_axis, read_frf, write_frf
+from fbs.joint_identification import Spring
+from fbs.measured.uncertainty import Scatter, coupled_uncertainty
 from fbs.transfer_paths import Spectra, source_forces
 from mbs_models.model.model_file import load, template
 from tests.fbs.fbs_systems import scaled_error
 from tests.strategies import damped
 from tests.validation.command_line import call
 from validation import equations_source
+from validation.substructuring.doubts import contradict, scattered
+from validation.substructuring.inputs import RIGID, Part
+from validation.substructuring.run import DecouplingOptions, run_couple, run_decouple
 
 LINES = frequency_axis(20.0, 3000.0, 20.0)
 HUB = "coupling.w"
@@ -262,3 +267,162 @@ def test_a_gears_excitation_is_one_blocked_force_whatever_it_drives(tmp_path: Pa
         found.append(forces.spectra.values)
     first, *others = found
     assert all(np.abs(one - first).max() < 1e-9 * np.abs(first).max() for one in others)
+
+
+OVERWRITING = [
+    "couple reducer.npz planetary.npz --at coupling.w --output planetary.npz",
+    "decouple whole.npz planetary.npz --at coupling.w --output ./whole.npz",
+    "identify AB.csv A.csv B.csv --at a=b --output B.csv",
+]
+
+
+@pytest.mark.parametrize("line", OVERWRITING)
+def test_a_file_that_is_read_is_never_written_over(
+    files: Path, stages: dict[str, Frf], line: str, capfd: Any
+) -> None:
+    for name, frf in loose(stages).items():
+        write_frf(frf, files / f"{name}.csv")
+    target = files / line.split()[-1]
+    before = target.read_bytes()
+    assert call(*line.split()) == 2
+    assert "which is read and would be lost" in capfd.readouterr().err
+    assert target.read_bytes() == before
+
+
+def test_a_known_part_that_is_not_in_the_assembly_is_doubted(
+    files: Path, stages: dict[str, Frf], capfd: Any
+) -> None:
+    """By what is left, which is not passive, and by how the part's inside moves with its hub."""
+    own = stages["planetary"]
+    loss = Frf(LINES, own.values * (1.0 - 0.3j), own.responses, own.excitations)  # more damped
+    write_frf(loss, files / "damped.npz")
+    line = "decouple whole.npz {}.npz --at coupling.w"
+    assert call(*line.format("damped").split()) == 0
+    verdict = document(files / "crosscheck-decouple" / "decouple.json")["verdict"]
+    assert verdict.startswith("Decoupled, in doubt,")
+    assert "no passive, reciprocal structure" in capfd.readouterr().err
+    # as stiff at the hub, but another inside
+    values = np.array(own.values)
+    values[:, own.responses.index("planetary.sun.w")] *= 1.3
+    write_frf(Frf(LINES, values, own.responses, own.excitations), files / "other.npz")
+    assert call(*line.format("other").split()) == 0
+    assert "not in the assembly as it is alone: at planetary.sun.w" in capfd.readouterr().err
+    # what is there is not doubted, with noise either
+    rng = np.random.default_rng(8)
+    for name in ("whole", "planetary"):
+        write_frf(noisy(stages[name], 1e-3, rng), files / f"noisy_{name}.npz")
+    noisy_line = "decouple noisy_whole.npz noisy_planetary.npz --at coupling.w --noise 0.1%"
+    for command in (line.format("planetary"), noisy_line):
+        assert call(*command.split()) == 0
+        assert "in the assembly as it is alone" not in capfd.readouterr().err
+
+
+def test_a_regularised_result_says_that_its_bias_is_not_known(files: Path) -> None:
+    line = "decouple whole.npz planetary.npz --at coupling.w --tikhonov 0.1"
+    assert call(*line.split()) == 0
+    assert any(
+        "What regularising takes away" in told
+        for told in document(files / "crosscheck-decouple" / "decouple.json")["conclusions"]
+    )
+
+
+@pytest.mark.parametrize("joint", ["1e6,-10", "1e6-1e4j"])
+def test_a_joint_that_puts_energy_in_is_said(files: Path, joint: str, capfd: Any) -> None:
+    line = f"couple reducer.npz planetary.npz --at coupling.w --joint {joint}"
+    assert call(*line.split()) == 0
+    told = " ".join(capfd.readouterr().err.split())
+    assert f"its damping is negative at {LINES.size} of {LINES.size} lines" in told
+
+
+def test_labels_that_both_files_have_are_named_once(
+    files: Path, stages: dict[str, Frf], capfd: Any
+) -> None:
+    assert (
+        call(*["couple", "reducer.npz", "reducer.npz", "--at", "coupling.w", "--joint", "0"]) == 2
+    )
+    assert "joint A.coupling.w - B.coupling.w:" in capfd.readouterr().err
+
+
+def test_another_part_contradicts_what_the_assembly_says_alone(
+    files: Path, stages: dict[str, Frf], capfd: Any
+) -> None:
+    """Of B measured too small by half the direct form is wrong, in situ not; and that is said."""
+    parts = loose(stages, np.random.default_rng(9))
+    b = parts["B"]
+    parts["B"] = Frf(LINES, 0.5 * b.values, b.responses, b.excitations)
+    for name, frf in parts.items():
+        write_frf(frf, files / f"{name}.npz")
+    assert call(*["identify", "AB.npz", "A.npz", "B.npz", "--at", "a=b", "--noise", "1%"]) == 0
+    numbers = document(files / "crosscheck-identify" / "identify.json")
+    assert numbers["verdict"].startswith("Not told: the direct and the in-situ form contradict")
+    assert "A or B is not what the assembly is made of" in numbers["warnings"][0]
+    _, in_situ = numbers["springs"]
+    assert in_situ["stiffness_told"]
+    assert abs(in_situ["stiffness"] / K_SW - 1.0) < 0.01
+
+
+def test_two_intervals_with_nothing_in_common_contradict() -> None:
+    assert contradict(Spring(1.0, 0.0, 0.1, 1.0, 1.0), Spring(1.3, 0.0, 0.1, 1.0, 1.0))
+    assert not contradict(Spring(1.0, 0.0, 0.1, 1.0, 1.0), Spring(1.15, 0.0, 0.1, 1.0, 1.0))
+    assert not contradict(Spring(1.0, 0.0, 0.0, 1.0, 1.0), Spring(1.0 + 1e-9, 0.0, 0.0, 1.0, 1.0))
+
+
+def test_few_runs_make_wider_bands_than_a_known_noise(stages: dict[str, Frf]) -> None:
+    """Student: of two runs the radius of 95 % is 8.2 times that of a variance that is known."""
+    rng = np.random.default_rng(10)
+    runs = tuple(noisy(stages["planetary"], 0.01, rng) for _ in range(2))
+    labels = runs[0].responses
+    mean = Frf(LINES, (runs[0].values + runs[1].values) / 2.0, labels, labels)
+    part = Part("B", Path("b.uff"), mean, (), (), runs)
+    parts = {"A": Part("A", Path("a.uff"), stages["reducer"], (), ()), "B": part}
+    result, _ = run_couple(parts, ((HUB, HUB),), RIGID, None)
+    scatter = Scatter.of_repeats(runs)
+    joints = [Joint(("A", HUB), ("B", HUB))]
+    frfs = {"A": stages["reducer"], "B": mean}
+    known = coupled_uncertainty(frfs, joints, "B", scatter, (HUB,), (HUB,)).variance[:, 0, 0]
+    factor = np.sqrt(0.5 * np.expm1(2.0 * -np.log(0.05)))  # of F(2, 1), to the modulus
+    np.testing.assert_allclose(result.curves[0].error, factor * np.sqrt(known), rtol=1e-12)
+    # decoupling does not carry it, and says so
+    assert "the scatter of its runs" in scattered({"B": part})[0]
+
+
+def test_a_known_part_that_is_too_stiff_is_refused_regularised_too(
+    stages: dict[str, Frf],
+) -> None:
+    planetary = stages["planetary"]
+    heavy = couple({"A": planetary, "B": wall()}, [Joint(("A", HUB), ("B", "wall"), 5e10)])
+    known = heavy.frf.select(planetary.responses, planetary.excitations)
+    parts = {
+        "AB": Part("AB", Path("ab"), stages["whole"], (), ()),
+        "A": Part("A", Path("a"), known, (), ()),
+    }
+    for options in (DecouplingOptions(tikhonov=1e-3), DecouplingOptions(rank=1)):
+        with pytest.raises(FbsError, match="stiffer than the assembly"):
+            run_decouple(parts, ((HUB, HUB),), options, None)
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("--at coupling.w --internal x", "--internal: whole.npz (AB) has no response 'x'"),
+        ("--at coupling.w --internal coupling.w", "--internal: coupling.w is in --at too"),
+        ("--at coupling.w=planetary.sun.w", "it has another DoF of that name"),
+    ],
+)
+def test_labels_that_do_not_fit_are_told_with_their_file(
+    files: Path, line: str, words: str, capfd: Any
+) -> None:
+    assert call(*f"decouple whole.npz planetary.npz {line}".split()) == 2
+    assert words in capfd.readouterr().err
+
+
+def test_a_file_that_is_no_passive_structure_is_in_the_verdict(
+    files: Path, stages: dict[str, Frf], capfd: Any
+) -> None:
+    """Of e^{-jωt}, a sensor turned round or a gain: it has all its digits, and is wrong."""
+    own = stages["planetary"]
+    write_frf(Frf(LINES, own.values.conj(), own.responses, own.excitations), files / "turned.npz")
+    assert call(*["couple", "reducer.npz", "turned.npz", "--at", "coupling.w"]) == 0
+    verdict = document(files / "crosscheck-couple" / "couple.json")["verdict"]
+    assert verdict.endswith("; B in doubt for quality")
+    assert "turned.npz: " in capfd.readouterr().err

@@ -31,8 +31,8 @@ function fillChoices(page) {
   $("against").value = MODELLED;
 }
 
-/** @param {Page} page @returns {Slider[]} */
-function sliders({ data, route }) {
+/** The sliders of a route. @param {any} data @param {Route} route @returns {Slider[]} */
+function sliders(data, route) {
   /** @type {Slider[]} */
   const found = route.joints.filter((/** @type {Joint} */ joint) => joint.stiffness)
     .map((/** @type {Joint} */ { name, stiffness }) => ({ key: `k:${name}`, label: name, unit: "N/m", base: stiffness, decades: 3, zero: false }));
@@ -47,12 +47,19 @@ function sliders({ data, route }) {
   return found;
 }
 
+/** Whether a slider reaches a value, as the address has it. @param {Slider|undefined} slider @param {string} text */
+function reaches(slider, text) {
+  const value = text.trim() ? Number(text) : NaN;
+  if (!slider || value === 0) return Boolean(slider?.zero) && value === 0;
+  return Math.abs(Math.log10(value / slider.base)) <= slider.decades + 1e-5; // 6 digits
+}
+
 /** Lay the sliders of a route out. @param {Page} page */
 function fillSliders(page) {
   $("sliders-note").textContent = page.route.joints.length
     ? "A part’s factors replace it by one as stiff and heavy as that."
     : "The whole at once: couplings and parts are changed by a route of FBS.";
-  $("sliders-of").replaceChildren(...sliders(page).map((slider) => {
+  $("sliders-of").replaceChildren(...sliders(page.data, page.route).map((slider) => {
     const { key, label, unit, base, decades, zero } = slider, id = `slider-${key}`;
     const input = element_("input", { type: "range", id, min: -decades, max: decades, step: 0.005 });
     const output = element_("output", { htmlFor: id });
@@ -95,7 +102,10 @@ function listen(page) {
     });
   }
   for (const id of ["from", "to"]) {
-    $(id).addEventListener("change", () => plots.zoom(Number(chosen("from")), Number(chosen("to"))));
+    $(id).addEventListener("change", () => {
+      plots.zoom(Number(chosen("from")), Number(chosen("to")));
+      toAddress(page); // which shows the range again where there is none such
+    });
   }
   plots.onRange = () => page.update();
   plots.onTap((frequency) => page.shape(frequency));
@@ -127,7 +137,9 @@ function listen(page) {
   addEventListener("hashchange", () => {
     if (location.hash === page.address) return;
     fromAddress(page);
+    matchFiles(page);
     page.update();
+    page.start();
   });
 }
 
@@ -257,8 +269,8 @@ function toAddress(page) {
   const [from, to] = page.plots.ends;
   $("from").value = digits(from, 5);
   $("to").value = digits(to, 5);
-  state.set("from", from.toPrecision(6));
-  state.set("to", to.toPrecision(6));
+  state.set("from", String(Number(from.toPrecision(9))));
+  state.set("to", String(Number(to.toPrecision(9))));
   if (page.at) state.set("at", page.at.toPrecision(9));
   for (const [name, value] of page.changed) state.set(`set.${name}`, value.toPrecision(6));
   page.address = `#${state}`;
@@ -272,13 +284,14 @@ function fromAddress(page) {
     const value = state.get(id), select = /** @type {HTMLSelectElement} */ ($(id));
     if ([...select.options].some((option) => option.value === value)) select.value = String(value);
   }
-  const keys = new Set(sliders(page).map(({ key }) => key));
+  const known = new Map(sliders(page.data, page.route).map((slider) => [slider.key, slider]));
   page.changed = new Map();
   for (const [name, text] of state) {
-    const key = name.replace(/^set\./, ""), value = Number(text);
-    if (name.startsWith("set.") && keys.has(key) && value >= 0 && Number.isFinite(value)) page.changed.set(key, value);
+    const key = name.replace(/^set\./, "");
+    if (name.startsWith("set.") && reaches(known.get(key), text)) page.changed.set(key, Number(text));
   }
   fillSliders(page);
-  page.at = Number(state.get("at")) || 0;
-  page.plots.zoom(Number(state.get("from")), Number(state.get("to")));
+  const at = Number(state.get("at")), [first, last] = page.plots.ends;
+  page.at = at >= LOWEST && at <= HIGHEST ? at : 0;
+  page.plots.zoom(Number(state.get("from") ?? first), Number(state.get("to") ?? last));
 }

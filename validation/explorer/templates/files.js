@@ -7,18 +7,35 @@
 
 const QUANTITIES = ["receptance", "mobility", "accelerance"];
 const LARGEST_FILE = 256e6; // bytes, also of what is packed in it
+const ARRAYS = ["frequency", "values", "responses", "excitations", "quantity", "unit"]; // that are read
+const CSV_UNITS = [["m/N"], ["m/s/N"], ["m/s^2/N", "m/s²/N"]]; // by quantity
 
 /** @param {File} file @returns {Promise<FrfFile>} */
 async function readFrfs(file) {
   if (file.size > LARGEST_FILE) throw new Error(`has ${file.size} bytes; at most ${LARGEST_FILE} are read`);
-  if (/\.npz$/i.test(file.name)) return readNpz(file.name, await file.arrayBuffer());
-  if (/\.csv$/i.test(file.name)) return readCsv(file.name, await file.text());
+  if (/\.npz$/i.test(file.name)) return checked(await readNpz(file.name, await file.arrayBuffer()));
+  if (/\.csv$/i.test(file.name)) return checked(readCsv(file.name, await file.text()));
   throw new Error("is no .npz and no .csv file");
+}
+
+/** A file whose lines rise from 0 Hz on and whose FRFs are numbers. @param {FrfFile} file */
+function checked(file) {
+  const { frequency, frfs } = file;
+  if (!frequency.length || !frfs.length) throw new Error("has no FRF");
+  const wrong = frequency.findIndex((f, line) => !(f >= 0 && f < Infinity && (line === 0 || f > frequency[line - 1])));
+  if (wrong >= 0) throw new Error(`its line ${wrong + 1} is ${frequency[wrong]} Hz; lines must rise, from 0 Hz on`);
+  for (const { curve: { re, im }, response, excitation } of frfs) {
+    const line = re.findIndex((value, k) => !(Number.isFinite(value) && Number.isFinite(im[k])));
+    if (line >= 0) throw new Error(`${response} ← ${excitation} is no number at ${frequency[line]} Hz`);
+  }
+  return file;
 }
 
 /** @param {string} name @param {ArrayBuffer} buffer @returns {Promise<FrfFile>} */
 async function readNpz(name, buffer) {
-  const arrays = await unzipped(buffer);
+  const arrays = await unzipped(buffer).catch((error) => {
+    throw error instanceof RangeError || error instanceof TypeError ? new Error("is damaged") : error;
+  });
   /** @param {string} key */
   const needed = (key) => {
     const found = arrays.get(key);
@@ -34,11 +51,14 @@ async function readNpz(name, buffer) {
   const unit = arrays.get("unit");
   if (unit && words(unit)[0]) throw new Error(`is in ${words(unit)[0]}; write it in SI`);
   const given = arrays.get("quantity"), quantity = known(given ? words(given)[0] : "receptance");
+  const [byLine, byResponse, byExcitation] = strides(needed("values"));
   const frfs = responses.flatMap((response, i) => excitations.map((excitation, j) => {
-    /** @param {number} part */
-    const taken = (part) => Float64Array.from(frequency, (_, line) =>
-      values[2 * element(needed("values"), [line, i, j]) + part]);
-    return { response, excitation, quantity, curve: { re: taken(0), im: taken(1) } };
+    const re = new Float64Array(frequency.length), im = new Float64Array(frequency.length);
+    for (let line = 0, at = 2 * (i * byResponse + j * byExcitation); line < re.length; line++, at += 2 * byLine) {
+      re[line] = values[at];
+      im[line] = values[at + 1];
+    }
+    return { response, excitation, quantity, curve: { re, im } };
   }));
   return { name, frequency, frfs };
 }
@@ -48,15 +68,15 @@ async function readNpz(name, buffer) {
  *   fortran: boolean}} NpyArray
  */
 
-/** Where an element stands. @param {NpyArray} array @param {number[]} index */
-function element({ shape, fortran }, index) {
-  const axes = fortran ? [...shape.keys()].reverse() : [...shape.keys()];
-  return axes.reduce((at, axis) => at * shape[axis] + index[axis], 0);
+/** Elements from one to the next along each axis. @param {NpyArray} array */
+function strides({ shape, fortran }) {
+  return shape.map((_, axis) =>
+    (fortran ? shape.slice(0, axis) : shape.slice(axis + 1)).reduce((product, n) => product * n, 1));
 }
 
 /** @param {NpyArray} array */
 function numbers(array) {
-  if (!array.values || array.complex) throw new Error("its array frequency must be real numbers (Hz)");
+  if (!array.values || array.complex || array.shape.length !== 1) throw new Error("its array frequency must be real numbers (Hz), one a line");
   return array.values;
 }
 
@@ -73,7 +93,7 @@ function known(quantity) {
   return found;
 }
 
-/** Members of a zip archive (APPNOTE 6.3, sec. 4.3), stored or deflated. @param {ArrayBuffer} buffer */
+/** The arrays that are read, of a zip archive (APPNOTE 6.3, sec. 4.3), stored or deflated. @param {ArrayBuffer} buffer */
 async function unzipped(buffer) {
   const view = new DataView(buffer);
   let end = buffer.byteLength - 22;
@@ -86,24 +106,40 @@ async function unzipped(buffer) {
     const method = view.getUint16(at + 10, true), packed = view.getUint32(at + 20, true);
     const size = view.getUint32(at + 24, true), local = view.getUint32(at + 42, true);
     const length = view.getUint16(at + 28, true);
-    const name = new TextDecoder().decode(new Uint8Array(buffer, at + 46, length));
-    if (size > LARGEST_FILE) throw new Error(`its member ${name} is too large`);
+    const name = new TextDecoder().decode(new Uint8Array(buffer, at + 46, length)).replace(/\.npy$/, "");
+    const sum = view.getUint32(at + 16, true);
+    at += 46 + length + view.getUint16(at + 30, true) + view.getUint16(at + 32, true);
+    if (!ARRAYS.includes(name)) continue;
+    if (size > LARGEST_FILE) throw new Error(`its array ${name} is too large`);
     const start = local + 30 + view.getUint16(local + 26, true) + view.getUint16(local + 28, true);
     const bytes = new Uint8Array(buffer, start, packed);
-    const array = npy(method === 8 ? await inflated(bytes, size) : bytes.slice().buffer);
-    arrays.set(name.replace(/\.npy$/, ""), array);
-    at += 46 + length + view.getUint16(at + 30, true) + view.getUint16(at + 32, true);
+    const whole = method === 8 ? await inflated(bytes, size) : bytes.slice();
+    if (crc32(whole) !== sum) throw new Error(`is damaged: its array ${name} does not have its check sum`);
+    arrays.set(name, npy(whole.buffer));
   }
   return arrays;
 }
 
-/** What is packed, and no more than it says. @param {Uint8Array} bytes @param {number} size */
+/** The check sum of a zip archive's members (ISO 3309). @param {Uint8Array} bytes */
+function crc32(bytes) {
+  const table = Int32Array.from({ length: 256 }, (_, byte) => {
+    let rest = byte;
+    for (let bit = 0; bit < 8; bit++) rest = rest & 1 ? (rest >>> 1) ^ 0xedb88320 : rest >>> 1;
+    return rest;
+  });
+  let sum = -1;
+  for (let k = 0; k < bytes.length; k++) sum = (sum >>> 8) ^ table[(sum ^ bytes[k]) & 255];
+  return ~sum >>> 0;
+}
+
+/** What is packed, as long as it says. @param {Uint8Array} bytes @param {number} size */
 async function inflated(bytes, size) {
   const reader = new Blob([/** @type {BlobPart} */ (bytes)]).stream().pipeThrough(new DecompressionStream("deflate-raw")).getReader();
   const whole = new Uint8Array(size);
   for (let at = 0; ;) {
     const { done, value } = await reader.read();
-    if (done) return whole.buffer;
+    if (done && at < size) throw new Error("unpacks to less than it says");
+    if (done) return whole;
     if (at + value.length > size) throw new Error("unpacks to more than it says");
     whole.set(value, at);
     at += value.length;
@@ -122,6 +158,8 @@ function npy(buffer) {
   if (!descr) throw new Error("holds an array that is not plain numbers or text");
   const [, order, kind, digits] = descr, size = Number(digits), little = order !== ">";
   const count = shape.reduce((product, n) => product * n, 1), first = start + length;
+  const bytes = count * Math.max(1, kind === "U" ? 4 * size : size);
+  if (!(bytes <= buffer.byteLength - first)) throw new RangeError("has less than it says");
   if (kind === "U") {
     const texts = Array.from({ length: count }, (_, k) => Array.from({ length: size }, (_, c) =>
       String.fromCodePoint(view.getUint32(first + 4 * (k * size + c), little))).join("").replace(/\0+$/, ""));
@@ -134,8 +172,9 @@ function npy(buffer) {
     i8: (at) => Number(view.getBigInt64(at, little)), i4: (at) => view.getInt32(at, little),
   };
   const read = readers[`${complex ? "f" : kind}${width}`];
-  if (!read) throw new Error(`holds numbers of a kind that is not read here (${kind}${size})`);
-  const values = Float64Array.from({ length: count * (complex ? 2 : 1) }, (_, k) => read(first + width * k));
+  if (!read) throw new Error(`holds an array of a kind that is not read here (${kind}${size})`);
+  const values = new Float64Array(count * (complex ? 2 : 1));
+  for (let k = 0; k < values.length; k++) values[k] = read(first + width * k);
   return { values, texts: [], shape, complex, fortran };
 }
 
@@ -145,17 +184,22 @@ function readCsv(name, text) {
   const separator = lines[0]?.includes(";") ? ";" : ",";
   const names = (lines[0] ?? "").split(separator).map((cell) => cell.trim().replace(/^"(.*)"$/, "$1"));
   if (!/^f(requency)?(_hz)?$/i.test(names[0])) throw new Error(`its first column is '${names[0]}'; it must be frequency_hz`);
-  const columns = names.map((_, column) => Float64Array.from(lines.slice(1), (line) => {
-    const cell = line.split(separator)[column];
-    return cell?.trim() ? Number(separator === ";" ? cell.replace(",", ".") : cell) : NaN;
-  }));
+  const columns = names.map(() => new Float64Array(lines.length - 1).fill(NaN));
+  lines.slice(1).forEach((line, row) => {
+    line.split(separator).slice(0, names.length).forEach((cell, column) => {
+      if (cell.trim()) columns[column][row] = Number(separator === ";" ? cell.replace(",", ".") : cell);
+    });
+  });
+  const places = new Map(names.map((title, column) => [title.toLowerCase(), column]));
   const frfs = names.flatMap((title, column) => {
     const found = /^re(?:al)?\s+(\S+)\s+(.+?)\s*<-\s*(.+?)\s*(?:\((.*)\))?$/i.exec(title);
     if (!found) return [];
-    const other = names.findIndex((one) => one.toLowerCase() === title.replace(/^re(al)?/i, "im").toLowerCase());
-    if (other < 0) throw new Error(`has '${title}' but no imaginary part of it`);
-    if (!["m/N", "m/s/N", "m/s^2/N", "m/s²/N", ""].includes(found[4] ?? "")) throw new Error(`is in ${found[4]}; write it in SI`);
-    return [{ quantity: known(found[1]), response: found[2], excitation: found[3], curve: { re: columns[column], im: columns[other] } }];
+    if (names.indexOf(title) < column) throw new Error(`has the column '${title}' more than once`);
+    const other = places.get(title.replace(/^re(al)?/i, "im").toLowerCase());
+    if (other === undefined) throw new Error(`has '${title}' but no imaginary part of it`);
+    const quantity = known(found[1]), units = CSV_UNITS[derivatives(quantity)];
+    if (found[4] && !units.includes(found[4])) throw new Error(`its ${quantity} is in ${found[4]}; must be ${units[0]}`);
+    return [{ quantity, response: found[2], excitation: found[3], curve: { re: columns[column], im: columns[other] } }];
   });
   if (!frfs.length) throw new Error('has no column "re QUANTITY RESPONSE <- EXCITATION (UNIT)"');
   if (columns.some((column) => column.some(Number.isNaN))) throw new Error("has cells that are no numbers");

@@ -42,7 +42,7 @@ class Page {
     this.at = 0; // the cursor, Hz
     this.mode = -1; // whose shape is shown, from 0; -1: a forced one
     /** @type {Assembly} */
-    this.assembly = assemble(data.routes[0], this.setting([]));
+    this.assembly = assemble(data.routes[0], this.setting());
     /** @type {NaturalMode[]} */
     this.natural = [];
     /** @type {number[]|undefined} by mode, which mode as modelled moves alike */
@@ -60,21 +60,44 @@ class Page {
     fromAddress(this);
     listen(this);
     this.update();
+    this.start();
+  }
+
+  /** The shape at the cursor, or the first that strains something. */
+  start() {
     this.shape(this.at || this.elastic[0]?.frequency || 1);
   }
 
   // --- what is set ---------------------------------------------------------------------------
 
   get route() {
-    return this.data.routes.find((/** @type {Route} */ one) => one.name === chosen("route"));
+    return this.routeOf(chosen("route"));
   }
 
-  /** @param {Iterable<[string, number]>} changed @returns {Setting} */
-  setting(changed) {
+  /** @param {string} name @returns {Route} */
+  routeOf(name) {
+    return this.data.routes.find((/** @type {Route} */ one) => one.name === name);
+  }
+
+  /** What is changed of a route: a whole has no couplings and parts to change. @param {Route} route @returns {[string, number][]} */
+  changes(route) {
+    const keys = new Set(sliders(this.data, route).map(({ key }) => key));
+    return [...this.changed].filter(([key]) => keys.has(key));
+  }
+
+  /** A route in words, with what is changed of it. @param {Route} route */
+  named(route) {
+    const { length } = this.changes(route);
+    if (length < this.changed.size) return `${route.name}, its couplings and parts as modelled`;
+    return length ? `${route.name}, changed` : route.name;
+  }
+
+  /** @param {[string, number][]} [changes] @returns {Setting} */
+  setting(changes = []) {
     const { alpha, beta } = this.data;
     /** @type {Setting} */
     const setting = { alpha, beta, stiffness: {}, scales: {} };
-    for (const [key, value] of changed) {
+    for (const [key, value] of changes) {
       const [kind, name] = key.split(/:(.*)/s);
       if (kind === "alpha" || kind === "beta") setting[kind] = value;
       else if (kind === "k") setting.stiffness[name] = value;
@@ -94,7 +117,7 @@ class Page {
   /** The route's modes as modelled. */
   get modelled() {
     const { name } = this.route;
-    if (!this.known.has(name)) this.known.set(name, this.modes(this.route, this.setting([])));
+    if (!this.known.has(name)) this.known.set(name, this.modes(this.route, this.setting()));
     return /** @type {NaturalMode[]} */ (this.known.get(name));
   }
 
@@ -114,7 +137,10 @@ class Page {
       if (frequency > first && frequency < last) grid.push(...beside.map((one) => frequency * (1 + one)));
     }
     grid.sort((one, other) => one - other);
-    return Float64Array.from(grid.filter((f, k) => k === 0 || f > grid[k - 1] * (1 + APART)));
+    /** @type {number[]} */
+    const lines = [];
+    for (const f of grid) if (!lines.length || f > lines[lines.length - 1] * (1 + APART)) lines.push(f);
+    return Float64Array.from(lines);
   }
 
   /** The pair shown, or another one. @param {Assembly} assembly @param {ArrayLike<number>} frequency @returns {Curve} */
@@ -126,15 +152,15 @@ class Page {
   /** What the curve is held against on some lines; null where nothing is. @param {ArrayLike<number>} frequency */
   other(frequency) {
     const name = chosen("against"), modelled = name === MODELLED;
-    if (!name || (modelled && !this.changed.size)) return null;
-    const route = modelled ? this.route : this.data.routes.find((/** @type {Route} */ one) => one.name === name);
-    return this.curve(assemble(route, this.setting(modelled ? [] : this.changed)), frequency);
+    if (!name || (modelled && !this.changes(this.route).length)) return null;
+    const route = modelled ? this.route : this.routeOf(name);
+    return this.curve(assemble(route, this.setting(modelled ? [] : this.changes(route))), frequency);
   }
 
   /** Compute and draw everything. @param {boolean} [dragged] */
   update(dragged = false) {
     const start = performance.now(), { route, plots } = this;
-    const setting = this.setting(this.changed);
+    const setting = this.setting(this.changes(route));
     this.assembly = assemble(route, setting);
     if (!dragged || this.assembly.omega.length < 80) {
       this.natural = naturalModes(this.assembly, route.parts.length, this.data.free);
@@ -212,7 +238,7 @@ class Page {
 
   /** A mode in words: its number, and the kind of the mode as modelled that moves alike. @param {number} number from 0 */
   kind(number) {
-    this.alike ??= this.changed.size ? matched(this.natural, this.modelled) : this.natural.map((_, k) => k);
+    this.alike ??= this.changes(this.route).length ? matched(this.natural, this.modelled) : this.natural.map((_, k) => k);
     const kind = this.data.modes[this.alike[number]]?.kind ?? "", [part, share] = this.most(number);
     return share > 0.9 && this.route.parts.length > 1 ? `${kind}, ${part}` : kind;
   }
@@ -271,9 +297,9 @@ class Page {
   }
 
   legend() {
-    const pair = `${chosen("response")} ← ${chosen("excitation")}`;
-    const entries = [["shown", `${pair}, ${chosen("route")}${this.changed.size ? ", changed" : ""}`]];
-    if (this.held) entries.push(["against", chosen("against")]);
+    const pair = `${chosen("response")} ← ${chosen("excitation")}`, against = chosen("against");
+    const entries = [["shown", `${pair}, ${this.named(this.route)}`]];
+    if (this.held) entries.push(["against", against === MODELLED ? against : this.named(this.routeOf(against))]);
     this.files.forEach(({ name, frfs, which }, k) => {
       const lacks = this.has(frfs[which]) ? "" : ", not of this model: no difference";
       entries.push([`file${k + 1}`, `${name}: ${frfs[which].response} ← ${frfs[which].excitation}${lacks}`]);

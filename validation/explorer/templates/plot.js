@@ -5,6 +5,7 @@
 const { Bokeh } = /** @type {any} */ (globalThis);
 const NOTHING = { f: [], level: [], below: [] };
 const TICK = 40; // ms between two sets of lines while the range is dragged
+const LOWEST = 1e-3, HIGHEST = 1e9; // Hz that can be shown
 
 class Plots {
   /** @param {Object<string, object>} figures as Bokeh wrote them, by the id of their element */
@@ -40,6 +41,7 @@ class Plots {
       const figure = this.model(name);
       if (!figure) continue;
       figure.height = Math.round(name === "below" ? 0.65 * most : most);
+      for (const { glyph } of figure.renderers) if (glyph.text) glyph.text_font_size = { value: letter };
       for (const axis of [...figure.left, ...figure.below]) {
         axis.setv({ axis_label_text_font_size: letter, major_label_text_font_size: letter });
       }
@@ -63,12 +65,13 @@ class Plots {
   }
 
   get ends() {
-    return [Math.max(this.range.start, 1e-3), this.range.end];
+    const start = Math.min(Math.max(this.range.start, LOWEST), 0.9 * HIGHEST);
+    return [start, Math.max(Math.min(this.range.end, HIGHEST), start * (1 + 1e-6))];
   }
 
   /** @param {number} start @param {number} end */
   zoom(start, end) {
-    if (start > 0 && end > start * (1 + 1e-9)) this.range.setv({ start, end });
+    if (start >= LOWEST && end <= HIGHEST && end > start * (1 + 1e-6)) this.range.setv({ start, end });
   }
 
   /** Everything over a band, whatever was zoomed to. @param {[number, number]} band */
