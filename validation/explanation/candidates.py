@@ -26,6 +26,7 @@ OFFSETS = {
     "helix_angle": 10.0,
 }
 STIFFNESS = 1e8  # N/m
+STEP = 1e-4  # of ln p, or of the unit
 AFFINE = 1e-9  # of the largest entry: differences of 0.1 % have a round-off of 1e-13
 WITHOUT_EFFECT = ("backlash", "teeth", "planets", "phase", "contact_ratio", "amplitude")
 
@@ -170,16 +171,30 @@ def steps_of(
 ) -> tuple[list[Parameter], list[SecondOrderSystem], FloatArray]:
     """Candidates that the model takes with a small change, their systems, and the steps.
 
-    The step is 1e-4 of ln p: M, C, K are affine in most parameters and smooth in all, so that
-    their differences are derivatives to 1e-4; zero parameters are set to 1e-4 of their unit.
+    (S(h) − S(−h))/2 is added, h = 1e-4 of ln p: derivatives to h²/6 = 2e-9, since a spring of 1e8
+    in series with one of 1e5 counts a thousandth. Zero parameters are set to 1e-4 of their unit.
     """
     kept, systems, steps = [], [], []
     for candidate in candidates:
-        log, step = (1e-4, 1e-4) if not candidate.unit else (math.log(1e-4), 1e-4)
         try:
-            systems.append(candidate.at(case, log).system)
+            if candidate.unit:
+                systems.append(candidate.at(case, math.log(STEP)).system)
+            else:
+                more, less = (candidate.at(case, s * STEP).system for s in (1.0, -1.0))
+                systems.append(_half_between(case.system, more, less))
         except CommandError:
             continue
         kept.append(candidate)
-        steps.append(step)
+        steps.append(STEP)
     return kept, systems, np.array(steps)
+
+
+def _half_between(
+    base: SecondOrderSystem, more: SecondOrderSystem, less: SecondOrderSystem
+) -> SecondOrderSystem:
+    return replace(
+        base,
+        mass=base.mass + (more.mass - less.mass) / 2.0,
+        damping=base.damping + (more.damping - less.damping) / 2.0,
+        stiffness=base.stiffness + (more.stiffness - less.stiffness) / 2.0,
+    )

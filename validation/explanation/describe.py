@@ -8,7 +8,7 @@ from ..checks.check import Check
 from ..checks.diagnosis import number
 from ..report.page import Table
 from ..routes.model_parameters import known_parameters
-from .evidence import NEGLIGIBLE
+from .evidence import FEWEST_STEPS, NEGLIGIBLE, FrfEvidence
 from .fit import Change, Explanation
 from .result import ExplanationResult
 from .search import Answer
@@ -107,9 +107,16 @@ def conclusions(result: ExplanationResult) -> tuple[str, ...]:
         best = " and ".join(causes(answer.best))
         if answer.best.causes:
             found.append(f"The best explanation of up to three causes: {best}.")
+        evidence = result.plan.case.evidence
+        if isinstance(evidence, FrfEvidence) and len(evidence.lines) <= FEWEST_STEPS:
+            found.append(
+                f"On {len(evidence.lines)} lines noise cannot be told from a difference; that "
+                f"takes more than {FEWEST_STEPS}."
+            )
         found.append(
-            "What is left keeps its phase from line to line, or is larger than the digits given: "
-            "the cause is not among the parameters and gross causes tried, or there are more."
+            "What is left keeps its phase from line to line, is as large as the FRFs themselves, "
+            "or is larger than the digits given: the cause is not among the parameters and gross "
+            "causes tried, or there are more."
         )
     large = {c.parameter.name for each in result.first_explanations for c in each.changes}
     invisible = [

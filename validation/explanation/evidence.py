@@ -18,9 +18,14 @@ from fbs import FbsError, Frf, SecondOrderSystem, synthesize
 from ..arrays import ComplexArray, FloatArray
 
 FLOOR = 1e-2  # of √(row's · column's norm) at a line: what lies 40 dB below counts as zero
+NOTHING = 1e-9  # of a line's largest FRF: what is zero by symmetry is round-off, 1e-16 of it or so
 NEGLIGIBLE = 1e-6  # of a residual: 2e-5 dB, the digits that files of FRFs are written with
 AUTOCORRELATION = 5.0  # standard deviations: one FRF of 3 million that are noise looks so
 ALIKE = 1e-8
+# Steps from line to line from which noise is told at all: what is half noise, half a difference
+# keeps √(2n)/2 standard deviations
+FEWEST_STEPS = int(2.0 * AUTOCORRELATION**2)
+UNRELATED = 0.25  # mean square of a residual; unrelated numbers have (a² + b²)/(a + b)² ≥ ½
 QUIET = 1e-7  # of a residual: less is no noise of a measurement
 RANK = 1e-10
 SEARCH_LINES = 150  # of those there are, to rank candidates by
@@ -148,7 +153,8 @@ class FrfEvidence:
     def _floor(self) -> FloatArray:
         size = np.abs(self.frf.values)
         rows, columns = (np.sqrt((size**2).sum(axis=axis)) for axis in (2, 1))
-        floor = np.asarray(FLOOR * np.sqrt(rows[:, :, None] * columns[:, None, :]))
+        floor = FLOOR * np.sqrt(rows[:, :, None] * columns[:, None, :])
+        floor = np.asarray(floor + NOTHING * size.max(axis=(1, 2), keepdims=True))
         # what round-off makes of a number is no residual, however small the number is
         return floor if self.unknown is None else floor + self.unknown / NEGLIGIBLE
 
@@ -177,17 +183,18 @@ class FrfEvidence:
         Of n independent phases Σ ēₖ eₖ₊₁ is 0 ± √(Σ|eₖ|²|eₖ₊₁|²/2), however large e is where: of
         the numbers as they are, and of their phases alone. Second differences of noise of
         variance σ² have 6σ², whatever is smooth below; where they have none, nothing is noise.
+        What is as large as the FRFs themselves may be independent too, but is not noise on ours.
         """
         e = self._complex(residual).reshape(len(self.lines), -1)
         powers = np.mean(np.abs(e) ** 2, axis=0)
         rms, n = float(np.sqrt(powers.mean())), len(e) - 1
-        if n < 2 or rms <= NEGLIGIBLE:
+        if n < FEWEST_STEPS or rms <= NEGLIGIBLE:
             return Remainder(rms, 0.0, rms > NEGLIGIBLE, float(residual.size))
         second = np.abs(e[2:] - 2.0 * e[1:-1] + e[:-2]) ** 2
         noises = np.median(second, axis=0) / np.log(2.0) / 6.0
         phases = e / np.maximum(np.abs(e), NEGLIGIBLE)
         kept = np.maximum(_kept(e), _kept(phases)) > AUTOCORRELATION
-        odd = (kept | (noises < QUIET**2)) & (powers > NEGLIGIBLE**2)
+        odd = (kept | (noises < QUIET**2)) & (powers > NEGLIGIBLE**2) | (powers > UNRELATED)
         pairs = float(np.sum((e[1:].conj() * e[:-1]).real)) / float(n * powers.sum())
         white = float(np.clip(pairs, 0.0, 0.999))
         effective = residual.size * (1.0 - white) / (1.0 + white)

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..runtime.progress import Progress, silent
 from .candidates import Case, Parameter, parameters, steps_of
-from .evidence import FrfEvidence
+from .evidence import NEGLIGIBLE, FrfEvidence
 from .file_hypotheses import Hypothesis, file_hypotheses
 from .fit import (
     FAILURES,
@@ -29,6 +29,7 @@ BEAM = 4  # explanations of one cause from which two are looked for, and of two 
 SCANNED = 16  # causes to add, by their slope
 SECONDS = 4  # causes added to each, best by their scan, and as many by their slope
 ALIKE = math.log(1e3)  # ln of a likelihood ratio below which two explanations are one answer
+ALMOST_ALL = 1.0 - 1e-12  # a share of 1 would gain without end
 TOLD = math.log(1e2)  # that another cause must gain beyond its number of parameters' ln n/2
 
 
@@ -89,16 +90,18 @@ def explain(
         Told the steps.
     """
     before = Explanation(case)
-    if not before.remainder.structured:
-        return Answer(before, before, (), (), True)
     chosen = parameters(case.drivetrain) if candidates is None else tuple(candidates)
+    if not _unfinished(before, chosen):
+        return Answer(before, before, (), (), True)
     found = _first(case, chosen, progress)
+    if not before.remainder.structured and not _gains(before, found[0]):
+        return Answer(before, before, (), (), True)
     for number in range(2, MOST_CAUSES + 1):
         best = found[0]
-        if not best.remainder.structured:
+        if not _unfinished(best, chosen):
             break
         progress(f"looking for {number} causes", number, MOST_CAUSES + 1)
-        more = _more(found[:BEAM], number)
+        more = _more(found[:BEAM], chosen, number)
         if not more or not _gains(best, more[0]):
             break
         found = sorted((*more, *found), key=_rank)
@@ -129,9 +132,39 @@ def _alike(best: Explanation, other: Explanation) -> bool:
 
 def _gains(one: Explanation, more: Explanation) -> bool:
     """Whether another cause is worth its parameters: BIC, and a likelihood ratio of 100."""
-    n = more.remainder.effective
-    cost = 0.5 * max(more.free - one.free, 1) * math.log(max(n, 2.0)) + TOLD
+    cost = _cost(more.remainder.effective, max(more.free - one.free, 1))
     return log_likelihood_ratio(more, one) > cost
+
+
+def _unfinished(explanation: Explanation, candidates: Sequence[Parameter]) -> bool:
+    """Whether more than noise is left, or noise that goes with a candidate's slope.
+
+    A slope that has the share ρ² of a residual takes n/2·ln 1/(1 − ρ²) of its likelihood's
+    logarithm: what another cause must gain. Sharp resonances a little moved keep no phase from line
+    to line where few lines lie in each, but they go with a slope.
+    """
+    remainder = explanation.remainder
+    if remainder.structured or remainder.rms <= NEGLIGIBLE:
+        return remainder.structured
+    if not isinstance(explanation.case.evidence, FrfEvidence):
+        return False
+    others = _others(explanation, candidates)
+    share = max((each for _, each in _slopes(explanation, explanation.case, others)), default=0.0)
+    n = remainder.effective
+    return share > 0.0 and -0.5 * n * math.log1p(-min(share, ALMOST_ALL)) > _cost(n, 1)
+
+
+def _others(explanation: Explanation, candidates: Sequence[Parameter]) -> list[Parameter]:
+    """Candidates, as they are after the explanation's causes, that it does not change yet."""
+    names = {p.name for p in candidates}
+    own = {path for change in explanation.changes for path in change.parameter.paths}
+    there = parameters(explanation.case.drivetrain)
+    return [p for p in there if p.name in names and not own & set(p.paths)]
+
+
+def _cost(n: float, free: int) -> float:
+    """BIC's of so many numbers more, and a likelihood ratio of 100."""
+    return 0.5 * free * math.log(max(n, 2.0)) + TOLD
 
 
 def _distinct(found: Iterable[Explanation]) -> list[Explanation]:
@@ -182,31 +215,32 @@ def _safe(found: Iterable[Explanation]) -> list[Explanation]:
     return kept
 
 
-def _more(beam: Sequence[Explanation], number: int) -> list[Explanation]:
+def _more(
+    beam: Sequence[Explanation], chosen: Sequence[Parameter], number: int
+) -> list[Explanation]:
     """Explanations by one cause more than those given, best first."""
     found: list[Explanation] = []
     for explanation in beam:
         if explanation.causes != number - 1:
             continue
-        found += _added(explanation)
+        found += _added(explanation, chosen)
         if any(not each.remainder.structured for each in found):
             break
     return sorted(found, key=_rank)
 
 
-def _added(explanation: Explanation) -> list[Explanation]:
+def _added(explanation: Explanation, chosen: Sequence[Parameter]) -> list[Explanation]:
     """An explanation with one cause more: its best parameters, by scan and by slope."""
     case = explanation.case
-    own = {path for change in explanation.changes for path in change.parameter.paths}
-    candidates = [p for p in parameters(case.drivetrain) if not own & set(p.paths)]
+    candidates = _others(explanation, chosen)
     little = case.thinned()
     by_name = {p.name: p for p in candidates}
     steepest = _steepest(explanation, candidates)
     scans = {name: scanned(little, by_name[name]) for name in steepest}
-    chosen = sorted(scans, key=lambda name: scans[name][0])[:SECONDS] + steepest[:SECONDS]
+    best = sorted(scans, key=lambda name: scans[name][0])[:SECONDS] + steepest[:SECONDS]
     thin = replace(explanation, start=explanation.start.thinned())
     fits = []
-    for name in dict.fromkeys(chosen):
+    for name in dict.fromkeys(best):
         parameter = _original(explanation, by_name[name])
         first = Change(parameter, scans[name][1])
         fit = fitted(thin, [*explanation.changes, first])
@@ -225,18 +259,29 @@ def _original(explanation: Explanation, parameter: Parameter) -> Parameter:
 
 
 def _steepest(explanation: Explanation, candidates: Sequence[Parameter]) -> list[str]:
-    """Those whose slope, beyond what the changes made already span, goes with the residual."""
-    case = explanation.case.thinned()
+    """Those whose slope goes with the residual most."""
+    shares = _slopes(explanation, explanation.case.thinned(), candidates)
+    order = sorted(shares, key=lambda each: -each[1])[:SCANNED]
+    return [name for name, _ in order]
+
+
+def _slopes(
+    explanation: Explanation, case: Case, candidates: Sequence[Parameter]
+) -> list[tuple[str, float]]:
+    """Each one's name, and the share of the residual's square along its slope.
+
+    Both beyond what the changes made already span.
+    """
     residual = case.residual
     active = [c.parameter for c in explanation.changes]
+    names = {p.name for p in active}
     kept, systems, steps = steps_of(case, [*active, *candidates])
     slopes = case.evidence.sensitivities(case.system, systems, steps)
-    count = len([p for p in kept if p in active])
+    count = len([p for p in kept if p.name in names])
     if count:
         basis = np.linalg.qr(slopes[:, :count])[0]
         slopes = slopes - basis @ (basis.T @ slopes)
         residual = residual - basis @ (basis.T @ residual)
-    sizes = np.linalg.norm(slopes[:, count:], axis=0)
+    sizes = np.linalg.norm(slopes[:, count:], axis=0) * np.linalg.norm(residual)
     along = np.abs(residual @ slopes[:, count:]) / np.where(sizes > 0.0, sizes, np.inf)
-    order = np.argsort(-along)[:SCANNED]
-    return [kept[count + int(k)].name for k in order]
+    return [(p.name, float(a**2)) for p, a in zip(kept[count:], along, strict=True)]

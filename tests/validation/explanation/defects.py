@@ -13,7 +13,9 @@ from fbs import Frf, SecondOrderSystem, synthesize
 from mbs_models import load
 from mbs_models.model.parameters import Drivetrain
 from validation.explanation.candidates import Case, Parameter, parameters
-from validation.explanation.evidence import FrfEvidence
+from validation.explanation.describe import causes
+from validation.explanation.evidence import FrfEvidence, Remainder
+from validation.explanation.identifiability import identifiability
 from validation.explanation.search import Answer, explain
 from validation.routes.equations import drivetrain_system
 from validation.routes.model_parameters import changed, known_parameters, model_data, steps_to
@@ -75,6 +77,52 @@ def planted(changes: Mapping[Parameter, float], noise: float = 0.0, seed: int = 
 def answered(evidence: FrfEvidence) -> Answer:
     """What is said of FRFs."""
     return explain(case_of(evidence))
+
+
+def said(answer: Answer) -> list[str]:
+    """Every cause that is said, the best and those like it."""
+    return [word for each in (answer.best, *answer.alike) for word in causes(each)]
+
+
+def named(answer: Answer) -> list[set[str]]:
+    """The parameters of the best explanation, and of each like it."""
+    return [{c.parameter.name for c in e.changes} for e in (answer.best, *answer.alike)]
+
+
+def samples(count: int, number: int) -> list[dict[Parameter, float]]:
+    """Seeded defects of so many parameters, each 3 to 10 % off; fewer are the first of more."""
+    rng = np.random.default_rng(17)
+    found = []
+    for _ in range(count):
+        chosen = rng.choice(len(SINGLE), number, replace=False)
+        sizes = rng.uniform(0.03, 0.1, number) * rng.choice([-1.0, 1.0], number)
+        found.append({SINGLE[k]: float(x) for k, x in zip(chosen, sizes, strict=True)})
+    return found
+
+
+def visible_at(noise: float) -> set[str]:
+    """Parameters of which 2 % shows."""
+    remainder = Remainder(0.0, noise / 2.0, False, 1.0)
+    case = case_of(frfs_of(drivetrain_system(DRIVETRAIN)))
+    told = identifiability(case, SINGLE, remainder)
+    return {v.parameter.name for v in told.visible if v.smallest_change < 0.02}
+
+
+def missed_defects(number: int, count: int, noise: float) -> list[tuple[set[str], list[str]]]:
+    """What was planted and what is said, where that is not right.
+
+    Right is what was planted, as far as it shows, among what these data cannot tell from it; and
+    "no difference" where nothing of it shows.
+    """
+    visible, wrong = visible_at(noise), []
+    for seed, changes in enumerate(samples(count, number)):
+        answer = answered(planted(changes, noise, seed))
+        true = {p.name for p in changes}
+        seen = true & visible
+        right = answer.settled and seen in named(answer) if seen else answer.agrees
+        if not right:
+            wrong.append((true, said(answer) if answer.settled else ["none of these"]))
+    return wrong
 
 
 @dataclass(frozen=True)

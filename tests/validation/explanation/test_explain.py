@@ -8,23 +8,29 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fbs import direct_frf
 from fbs.files.frf_files import write_frf
 from mbs_models import load
 from mbs_models.model.model_file import dumps
 from tests.validation.command_line import call
 from tests.validation.explanation.defects import (
     DRIVETRAIN,
+    EXCITATIONS,
     GROSS,
     LINES,
     PARAMETERS,
+    RESPONSES,
     SINGLE,
     answered,
     case_of,
     frfs_of,
+    missed_defects,
+    named,
     noisy,
     planted,
+    said,
 )
-from validation.explanation.candidates import Case, Parameter, slope_of, steps_of
+from validation.explanation.candidates import Case, slope_of, steps_of
 from validation.explanation.describe import causes, recognised, verdict
 from validation.explanation.evidence import FrfEvidence, Remainder
 from validation.explanation.few_numbers import FrequencyEvidence, matched
@@ -35,17 +41,10 @@ from validation.explanation.reading import half_digit
 from validation.explanation.run import run
 from validation.explanation.search import Answer, explain
 from validation.routes.equations import drivetrain_system
+from validation.routes.source import exudyn_source
 from validation.runtime.progress import silent
 
 NOTHING = frfs_of(drivetrain_system(DRIVETRAIN))
-
-
-def said(answer: Answer) -> list[str]:
-    return [word for each in (answer.best, *answer.alike) for word in causes(each)]
-
-
-def named(answer: Answer) -> list[set[str]]:
-    return [{c.parameter.name for c in e.changes} for e in (answer.best, *answer.alike)]
 
 
 # Residuals
@@ -75,6 +74,33 @@ def test_a_difference_in_one_frf_alone_is_structure() -> None:
     assert case.evidence.remainder(case.residual).structured
 
 
+def test_garbage_is_structure_though_it_is_independent_from_line_to_line() -> None:
+    rng = np.random.default_rng(5)
+    noise = 1e-9 * (rng.normal(size=(400, 6, 2)) + 1j * rng.normal(size=(400, 6, 2)))
+    one = NOTHING.frf.values.copy()
+    one[:, 2, 1] = noise[:, 2, 1]
+    for values in (noise.astype(complex), one.astype(complex)):
+        case = case_of(NOTHING.with_values(values))
+        assert case.evidence.remainder(case.residual).structured
+
+
+def test_few_lines_tell_no_noise() -> None:
+    frf = noisy(NOTHING, 0.02, 1).frf.band(1000.0, 1900.0)
+    case = case_of(FrfEvidence(frf))
+    assert len(frf.frequency) <= 50
+    assert case.evidence.remainder(case.residual).structured
+
+
+def test_a_difference_under_noise_that_resonances_hide_is_found() -> None:
+    # lines 20 Hz apart: a resonance of 0.3 % damping is on one or two, which keep no phase
+    evidence = noisy(planted({PARAMETERS["planetary.sun.mass"]: 0.05}), 0.05, 3)
+    case = case_of(evidence)
+    assert not case.evidence.remainder(case.residual).structured
+    answer = answered(evidence)
+    assert answer.settled
+    assert {"planetary.sun.mass"} in named(answer)
+
+
 def test_sensitivities_are_derivatives_of_the_residual() -> None:
     case = case_of(NOTHING)
     parameter = PARAMETERS["planetary.sun.mass"]
@@ -83,7 +109,8 @@ def test_sensitivities_are_derivatives_of_the_residual() -> None:
     step = 1e-6
     moved = [parameter.at(case, sign * step).residual for sign in (1.0, -1.0)]
     expected = (moved[0] - moved[1]) / (2.0 * step)
-    assert np.abs(found - expected).max() < 2e-4 * np.abs(expected).max()  # steps of 1e-4 of ln p
+    # residuals have a round-off of 1e-10, over steps of 1e-6
+    assert np.abs(found - expected).max() < 1e-4 * np.abs(expected).max()
 
 
 def test_scans_by_woodbury_are_those_of_rebuilt_drivetrains() -> None:
@@ -158,6 +185,43 @@ def test_zero_sensitivity_is_cannot_tell() -> None:
     assert "planetary.planet.base_radius" in names
     assert "planetary.sun.mass" not in names
     assert answered(planted({PARAMETERS["reducer.pinion.bearing_z"]: 0.1})).agrees
+
+
+def test_what_is_told_is_what_another_route_finds_by_differences() -> None:
+    """exudyn's M, C, K by direct solution, central differences of ln p by 1e-3."""
+    lines = LINES[::4]
+    start = case_of(NOTHING)
+
+    def frfs(case: Case) -> np.ndarray:
+        system = exudyn_source(case.drivetrain).whole
+        return direct_frf(system, lines, RESPONSES, EXCITATIONS).values
+
+    base = np.abs(frfs(start))
+    rows, others = (np.sqrt(np.sum(base**2, axis=axis, keepdims=True)) for axis in (2, 1))
+    size = 2.0 * base + 0.01 * np.sqrt(rows * others)
+    # What is zero by symmetry is round-off, 1e-15 of the others; what passes the coupling is 1e-5
+    there = (base / base.max(axis=(1, 2), keepdims=True)).max(axis=0) > 1e-9
+    columns = []
+    for parameter in SINGLE:
+        moved = [frfs(parameter.at(start, sign * 1e-3)) for sign in (1.0, -1.0)]
+        slope = ((moved[0] - moved[1]) / 2e-3 / size)[:, there].ravel()
+        columns.append(np.concatenate([slope.real, slope.imag]))
+    slopes = np.column_stack(columns)
+    sizes = np.linalg.norm(slopes, axis=0)
+    told = identifiability(start, SINGLE, Remainder(0.0, 0.0, False, 1.0))
+    # Round-off 1e-16 of a direct solution times its condition, over steps of 1e-3; the hub of
+    # 45 mg shows 3e-8
+    seen = sizes > 1e-7 * sizes.max()
+    invisible = {p.name for p, shows in zip(SINGLE, seen, strict=True) if not shows}
+    assert {p.name for p in told.invisible} == invisible
+    directions = slopes[:, seen] / sizes[seen]
+    singular = np.linalg.svd(directions, compute_uv=False)
+    # Differences of steps h = 1e-3 are off by h²/6 of the third derivative, 1e-6
+    assert told.rank == int(np.sum(singular > 1e-6 * singular[0]))
+    # k r² counts, of the coupling's springs
+    assert [{p.name for p in group} for group in told.alike] == [
+        {"coupling.second_stiffness", "coupling.radius"}
+    ]
 
 
 def test_rank_counts_directions_that_can_be_told_apart() -> None:
@@ -374,56 +438,17 @@ def test_an_unknown_pattern_is_refused(tmp_path: Path, capsys: pytest.CaptureFix
 # The numbers that must hold
 
 
-def _right(answer: Answer, true: set[str], visible: set[str]) -> bool:
-    """Whether what was planted, as far as it shows, is among what is said; nothing else first."""
-    seen = true & visible
-    if not seen:
-        return answer.agrees
-    return answer.settled and seen in named(answer)
-
-
-def _visible(noise: float) -> set[str]:
-    remainder = Remainder(0.0, noise / 2.0, False, 1.0)
-    told = identifiability(case_of(NOTHING), SINGLE, remainder)
-    return {v.parameter.name for v in told.visible if v.smallest_change < 0.02}
-
-
-def _rank_agrees(told_visible: set[str]) -> bool:
-    """Identifiability against the rank of the sensitivities, each column against zero."""
-    case = case_of(NOTHING)
-    kept, systems, steps = steps_of(case, SINGLE)
-    slopes = case.evidence.sensitivities(case.system, systems, steps)
-    shown = {p.name for p, column in zip(kept, slopes.T, strict=True) if _moves(column, slopes)}
-    return told_visible <= shown
-
-
-def _moves(column: np.ndarray, all_: np.ndarray) -> bool:
-    return bool(np.linalg.norm(column) > 1e-7 * np.linalg.norm(all_, axis=0).max())
-
-
-def _sample(count: int, causes: int) -> list[dict[Parameter, float]]:
-    rng = np.random.default_rng(17)
-    found = []
-    for _ in range(count):
-        chosen = rng.choice(len(SINGLE), causes, replace=False)
-        sizes = rng.uniform(0.03, 0.1, causes) * rng.choice([-1.0, 1.0], causes)
-        found.append({SINGLE[k]: float(x) for k, x in zip(chosen, sizes, strict=True)})
-    return found
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("causes", "count", "noise", "least"),
-    [(1, 40, 0.0, 38), (2, 10, 0.0, 8), (1, 40, 0.01, 34), (2, 10, 0.01, 6)],
+    ("causes", "count", "noise", "missed"),
+    # At most so many missed: of 40 singles and 10 doubles (tests/benchmarks/explain_defects.py) 2
+    # and 2 may be at no noise, 6 and 4 at 1 %; of the first quarter or third the same share,
+    # rounded down
+    [(1, 10, 0.0, 0), (2, 3, 0.0, 0), (1, 10, 0.01, 1), (2, 3, 0.01, 1)],
 )
-def test_planted_parameters_are_found(causes: int, count: int, noise: float, least: int) -> None:
-    visible = _visible(noise)
-    assert _rank_agrees(visible)
-    right = 0
-    for seed, changes in enumerate(_sample(count, causes)):
-        answer = answered(planted(changes, noise, seed))
-        right += _right(answer, {p.name for p in changes}, visible)
-    assert right >= least
+def test_planted_parameters_are_found(causes: int, count: int, noise: float, missed: int) -> None:
+    wrong = missed_defects(causes, count, noise)
+    assert len(wrong) <= missed, wrong
 
 
 def test_verdicts_say_what_was_found() -> None:
@@ -434,7 +459,6 @@ def test_verdicts_say_what_was_found() -> None:
 
 
 def test_frfs_of_a_stage_alone(tmp_path: Path) -> None:
-    from fbs import direct_frf
     from validation.routes.equations import stage_system
 
     system = stage_system(DRIVETRAIN, "reducer")
