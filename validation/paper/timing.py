@@ -1,8 +1,8 @@
 """What coupling costs against the full system, reading by reading of what the paper may mean.
 
 Like is compared with like: both sides solve line by line, or both sum over modes. Times are the
-thread's own processor time with one BLAS thread, the least of several runs in turns, so that what
-else runs on the machine does not count.
+process's own processor time, of all its threads, with one BLAS thread, the least of several runs in
+turns, so that neither what else runs on the machine nor how many cores there are counts.
 """
 
 from __future__ import annotations
@@ -110,8 +110,8 @@ def timing_study(bench: Bench) -> TimingStudy:
         for i, (name, counted, _, _) in enumerate(pairs)
     )
     conditions = (
-        f"{len(lines)} lines to {BAND.end:g} Hz, systems built beforehand; processor time of one "
-        f"thread, the least of {RUNS} runs taken in turns after a warm-up"
+        f"{len(lines)} lines to {BAND.end:g} Hz, systems built beforehand; processor time of all "
+        f"threads, the least of {RUNS} runs taken in turns after a warm-up"
     )
     return TimingStudy(conditions, readings)
 
@@ -126,9 +126,9 @@ def _seconds(ways: Sequence[Way]) -> list[float]:
 
 
 def _once(way: Way) -> float:
-    start = time.thread_time()
+    start = time.process_time()
     way()
-    return time.thread_time() - start
+    return time.process_time() - start
 
 
 @statement(
