@@ -53,6 +53,14 @@ def _vector(values: Mapping[str, float], system: SecondOrderSystem) -> FloatArra
     return np.array([values.get(dof, 0.0) for dof in system.dofs])
 
 
+def _held_at(supports: Mapping[str, float], system: SecondOrderSystem) -> FloatArray:
+    """Supports at the system's DoFs (N/m): k f² of a label that a rigid hub makes f times one."""
+    held = np.zeros(len(system.dofs))
+    index, factor = system.locate(tuple(supports))
+    np.add.at(held, index, np.array(list(supports.values())) * factor**2)
+    return held
+
+
 def _compared(
     name: str, measure: str, route: str, expected: float, found: float, allowed: float = TOLERANCE
 ) -> Check:
@@ -79,7 +87,7 @@ def _inertia(train: Train, system: SecondOrderSystem, route: str) -> Check:
 
 def _freedom(train: Train, system: SecondOrderSystem, route: str) -> Check:
     """K w = the torsional supports' forces: nothing else is strained by turning."""
-    w, held = _vector(train.turning, system), _vector(train.supported, system)
+    w, held = _vector(train.turning, system), _held_at(train.supported, system)
     forces = np.abs(system.stiffness @ w - held * w)
     scale = np.abs(system.stiffness) @ np.abs(w)
     error = forces / np.where(scale > 0.0, scale, 1.0)

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 
 from mbs_models import load
-from mbs_models.model.model_file import dumps, model_text, preset_names
+from mbs_models.model.model_file import dumps, loads, model_text, preset_names
 from mbs_models.model.parameters import Drivetrain
 from tests.strategies import drivetrains, paper, with_stage
 from validation.checks.plain_file import plain_checks
@@ -32,6 +32,15 @@ def test_presets_are_what_their_files_say_by_hand(preset: str) -> None:
 @given(drivetrains())
 def test_no_right_drivetrain_is_blamed(drivetrain: Drivetrain) -> None:
     checks = plain_checks(dumps(drivetrain), drivetrain_system(drivetrain), "equations")
+    assert [check.findings for check in checks if not check.agrees] == []
+
+
+def test_a_support_behind_a_rigid_hub_is_counted() -> None:
+    """Hub, wheel and sun are one: the sun's w is no DoF, and its support acts at the wheel's."""
+    text = model_text("paper").replace("torsional_support = 0.0", "torsional_support = 1.0e6", 1)
+    text = text.replace("first_stiffness = 1.0e8", 'first_stiffness = "rigid"')
+    text = text.replace("second_stiffness = 1.0e5", 'second_stiffness = "rigid"')
+    checks = plain_checks(text, drivetrain_system(loads(text)), "equations")
     assert [check.findings for check in checks if not check.agrees] == []
 
 
