@@ -218,13 +218,17 @@ def _turned_planets(train: Train, stage: Table, driven: str, w: float) -> dict[s
 
 
 def _determinate(parts: Mapping[str, Table], couplings: Sequence[Table]) -> bool:
-    """Whether no branch bears a load: one supported member in a planetary stage, none elsewhere."""
+    """Whether no branch bears a load: one supported member in a planetary stage, none elsewhere.
+
+    A member that is supported and coupled as well takes a load through its coupling.
+    """
+    ends = {coupling[end] for coupling in couplings for end in ("first", "second")}
     for part in parts.values():
         radii = _radii(part)
         if part.get("type") == "planetary":
-            members = ("sun", "ring", "carrier")
-            supports = [_support(part[m], radii[f"{part['name']}.{m}"]) for m in members]
-            if sum(support > 0.0 for support in supports) > 1:
+            members = [f"{part['name']}.{member}" for member in ("sun", "ring", "carrier")]
+            held = [m for m in members if _support(part[m.rpartition(".")[2]], radii[m]) > 0.0]
+            if len(held) > 1 or ends.intersection(held):
                 return False
         elif "type" not in part and _support(part, radii[part["name"]]) > 0.0:
             return False

@@ -44,6 +44,15 @@ def test_a_support_behind_a_rigid_hub_is_counted() -> None:
     assert [check.findings for check in checks if not check.agrees] == []
 
 
+def test_a_branch_that_bears_a_load_is_no_static_path() -> None:
+    """A sun that is held takes a share through its shaft: statics alone do not tell how much."""
+    text = model_text("paper").replace("torsional_support = 0.0", "torsional_support = 6.0e8", 1)
+    text = text.replace("torsional_support = 1.0e9", "torsional_support = 0.0")
+    checks = plain_checks(text, drivetrain_system(loads(text)), "equations")
+    assert [check.findings for check in checks if not check.agrees] == []
+    assert not [check.name for check in checks if check.name.startswith("Stiffness")]
+
+
 def test_the_paper_by_hand() -> None:
     """Table 1 and Lin & Parker's Table 1, N = 4: every number typed anew."""
     import tomllib
